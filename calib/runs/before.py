@@ -16,14 +16,15 @@ from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.problem import Problem, build_problem, log_posterior
 from calib.runs.preview import problem_of
-from calib.sampling import ENSEMBLES, usual_walkers
+from calib.sampling import ENSEMBLES, MANY_SPECIMENS, usual_walkers
 
 # What a calibration takes, in the processor times of what is timed here: sixteen climbs, steps of the ensembles until they
 # usually agree, draws of the spot check [s], and what it reads and draws [s]. See docs/check.md.
 _CLIMBS, _STEPS, _SPOT_CHECK, _REST = 16.0, 200, 2.0, 8.0
 # It may take so many times less or more than that.
 _LEAST, _MOST = 0.7, 4.0
-# A lot may take longer yet: spreads between few specimens creep. One of four took 7,200 steps, 36 times the usual ones.
+# A lot of many specimens may take longer yet: what they have in common creeps where they are alike. One of four, sampled as
+# these are, took 7,200 steps, 36 times the usual ones.
 _MOST_OF_LOT = 30.0
 # Draws by which an evaluation is timed.
 _TIMED = 320
@@ -166,4 +167,5 @@ def _seconds(problem: Problem, found: Plausibility, processes: int | None = None
     spread = min(ENSEMBLES, os.cpu_count() or 1, max(processes, 1) if processes is not None else ENSEMBLES)
     steps = ENSEMBLES * usual_walkers(problem) * _STEPS * each
     work = (_CLIMBS * found.seconds_of_climb + steps + _SPOT_CHECK * len(problem.sweeps)) / spread + _REST
-    return _LEAST * work, (_MOST_OF_LOT if problem.table.lots else _MOST) * work
+    creeps = bool(problem.table.lots) and len({sweep.specimen for sweep in problem.sweeps}) >= MANY_SPECIMENS
+    return _LEAST * work, (_MOST_OF_LOT if creeps else _MOST) * work

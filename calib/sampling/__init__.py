@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, load_arviz, smooth_weights
     from calib.sampling.assess import BLOCK_STEPS
     from calib.sampling.checkpoint import is_begun, kept_blocks, kept_identity, whose_checkpoint
+    from calib.sampling.coordinates import MANY_SPECIMENS
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.expected import expected_information
@@ -47,6 +48,7 @@ __all__ = [
     "ENSEMBLES",
     "FINGERPRINT",
     "K_HAT",
+    "MANY_SPECIMENS",
     "SENSITIVE",
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
@@ -121,6 +123,7 @@ __getattr__ = on_demand(
             "kept_identity",
             "whose_checkpoint",
         ),
+        ".coordinates": ("MANY_SPECIMENS",),
         ".diagnostics": (
             "Convergence",
             "Diagnostics",

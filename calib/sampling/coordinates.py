@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -38,8 +39,10 @@ _IN_CAPACITANCE = (
     "capacitance_gain",
 )
 
-#: From so many specimens on they are sampled as independent of each other, given what they share.
-MANY_SPECIMENS = 4
+#: From so many specimens on they are sampled as independent of each other, given what they share. Fewer are sampled all at
+#: once: given the value and the spread of their lot, specimens that are alike move together only by as little as they differ,
+#: and a proposal of all of them is not held up by that. The draws that tell it grow as the square of the number of unknowns.
+MANY_SPECIMENS = 7
 
 #: Unknowns of a sweep that its readings show at a glance.
 CONTACT = ("contact_offset", "load_zero")
@@ -91,20 +94,21 @@ class Coordinates:
         # Far out on a ladder of steps an unknown may be as large as no number is, or nothing.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             for k, e in enumerate(self.exchanges):
-                prior = self.problem.parameters[e.column].prior
+                prior, median = self.problem.parameters[e.column].prior, self._medians[k]
                 theta[:, e.column] = 0.0
                 c0, parasitic = self._capacitances(theta, e.specimen)
                 total = e.seen * np.exp(x[:, e.column] * e.width)
                 wanted = total - parasitic
                 possible = wanted > 0
-                value = prior.ppf_normal(0.0) * (np.where(possible, wanted, c0) / c0) ** e.power
+                value = median * (np.where(possible, wanted, c0) / c0) ** e.power
                 low, high = prior.support
                 possible &= (value > low) & (value < high)
-                z = prior.to_normal(np.where(possible, value, prior.ppf_normal(0.0)))
+                z = prior.to_normal(np.where(possible, value, median))
                 possible &= np.isfinite(z)
                 z = np.where(possible, z, 0.0)
                 # d log(value) / d log(total) = power total / wanted; the prior's own map z -> value by central differences.
-                slope = (prior.ppf_normal(z + _STEP) - prior.ppf_normal(z - _STEP)) / (2 * _STEP)
+                above, below = prior.ppf_normal(np.stack([z + _STEP, z - _STEP]))
+                slope = (above - below) / (2 * _STEP)
                 step = np.log(value * total / wanted * e.width / slope)
                 log_slopes[:, k] = np.where(possible & np.isfinite(step), step, -np.inf)
                 theta[:, e.column] = np.where(possible, z, np.nan)
@@ -163,8 +167,20 @@ class Coordinates:
 
     def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
         """C0 [F] of a specimen as the LCR meter reads it, and the parasitic capacitance [F], (n_draw,)."""
-        wanted = {str(name) for p in _IN_CAPACITANCE for name in UnknownName(p, specimen).wider}
-        return capacitance_at_rest(values_at(self.problem, theta, wanted), specimen, self.problem.experiment.sensor_radius)
+        return capacitance_at_rest(
+            values_at(self.problem, theta, _in_capacitance(specimen)), specimen, self.problem.experiment.sensor_radius
+        )
+
+    @cached_property
+    def _medians(self) -> tuple[FloatArray, ...]:
+        """Values at z = 0 of the parameters of the `exchanges`."""
+        return tuple(self.problem.parameters[e.column].prior.ppf_normal(0.0) for e in self.exchanges)
+
+
+@cache
+def _in_capacitance(specimen: str) -> tuple[str, ...]:
+    """Names of all unknowns that the C0 of a specimen may depend on."""
+    return tuple(dict.fromkeys(str(name) for p in _IN_CAPACITANCE for name in UnknownName(p, specimen).wider))
 
 
 def capacitance_at_rest(values: Mapping[str, FloatArray], specimen: str, sensor_radius: float) -> tuple[FloatArray, FloatArray]:

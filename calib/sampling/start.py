@@ -20,7 +20,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 7
+START_VERSION = 8
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -58,6 +58,10 @@ _EFFECTIVE = 0.6
 #: a funnel is far from where its mass is.
 ROUNDS = (16, 16, 24, 40, 56)
 MOST_ROUNDS = 20
+#: Longer rounds that follow those of so many unknowns and more: a proposal has slopes as many as the square of them, and what
+#: draws tell of these too roughly makes it miss the target. Of a lot of four, 38 unknowns, 0.25 of its draws are accepted then,
+#: and 0.1 to 0.15 without these rounds.
+LONGER_ROUNDS, MANY_UNKNOWNS = (112, 224), 30
 _DRIFT = 0.2
 #: A proposal of which more draws than this are accepted is as good as can be.
 ENOUGH_ACCEPTED = 0.5
@@ -322,8 +326,9 @@ def start(
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
+    rounds = (*ROUNDS, *LONGER_ROUNDS) if x.shape[1] >= MANY_UNKNOWNS and not target.groups else ROUNDS
     for k in range(most_rounds):
-        path = walk(target, state, moves_by(target, proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
+        path = walk(target, state, moves_by(target, proposal), rounds[min(k, len(rounds) - 1)])
         state = path.end
         accepted = path.accepted_of("proposal", "specimens", "shared")
         level_before, level = level, float(np.mean(path.log_density))
@@ -334,7 +339,7 @@ def start(
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal, target.groups, ends=target.ends)
         before = visited
-        if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
+        if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(rounds)):
             break
     if accepted >= LEAST_ACCEPTED and any(part.ended.size for part in proposal.parts):
         state, proposal = _renewed(target, state, proposal, random)

@@ -20,7 +20,7 @@ from calib.priors import LogNormal
 from calib.problem import Lot, LotPrior, Problem, Scopes, build_problem, coordinates_of
 from calib.sampling.checkpoint import CheckpointFolder, load_chain
 from calib.sampling.coordinates import Coordinates, coordinates
-from calib.sampling.diagnostics import Gate
+from calib.sampling.diagnostics import Gate, shortcomings
 from calib.sampling.ensemble import GROUPWISE, EnsembleState, Moves, walk
 from calib.sampling.funnel_fit import fit_funnel
 from calib.sampling.identity import usual_walkers
@@ -34,9 +34,9 @@ from models.sensor import FloatArray
 
 @pytest.fixture(scope="module")
 def simulated() -> tuple[Problem, dict[str, float]]:
-    """A lot of five and the true values of its unknowns."""
+    """A lot of seven and the true values of its unknowns."""
     experiment = read_experiment(EXPERIMENT)
-    return lot(experiment, forward_of_experiment(experiment), 5, 3)
+    return lot(experiment, forward_of_experiment(experiment), 7, 3)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,7 @@ def test_a_climb_from_what_the_readings_show_ends_where_one_from_the_truth_does(
 
 def test_walkers_of_many_specimens_are_as_many_as_one_specimen_needs(simulated: tuple[Problem, dict[str, float]]) -> None:
     assert usual_walkers(simulated[0]) == 96
-    assert len(target_of(simulated[0]).groups) == 5
+    assert len(target_of(simulated[0]).groups) == 7
 
 
 @pytest.mark.parametrize("kind", GROUPWISE)
@@ -168,10 +168,35 @@ def test_moduli_of_many_specimens_are_tied_by_their_lot(simulated: tuple[Problem
     x = np.tile(target.space.nominal(), (3, 1)) + 0.01 * np.random.default_rng(1).standard_normal((3, len(problem.names)))
     tie = target.tie(x, np.random.RandomState(1))
     assert tie is not None
-    assert tie.log_parts(x[:2], np.arange(2)).shape == (2, 5)
+    assert tie.log_parts(x[:2], np.arange(2)).shape == (2, 7)
     assert target_of(simulated[0]).tie(x, np.random.RandomState(1)) is None
     parts = np.sum(target.log_parts(x), axis=1) + tie.log_density(x)
     np.testing.assert_allclose(parts, target.log_density(x), rtol=1e-9)
+
+
+def test_up_to_six_specimens_are_sampled_all_at_once(simulated: tuple[Problem, dict[str, float]]) -> None:
+    whole, sweeps, forward = simulated[0].experiment, simulated[0].sweeps, simulated[0].forward
+    six = build_problem(replace(whole, pooling="partial", specimens=whole.specimens[:6]), sweeps[:6], forward)
+    assert target_of(six).groups == ()
+    assert usual_walkers(six) == 4 * len(six.names)
+
+
+def test_specimens_that_are_alike_move_together_where_they_are_sampled_all_at_once(tmp_path: Path) -> None:
+    # Known to 20 %, and alike within 1 %: given their lot's value, a specimen moves by that 1 %.
+    lot = Lot("young_modulus", LotPrior(LogNormal(1.0, 1.2), LogNormal(0.01, 1.5), (None,) * 4), np.arange(2, 6))
+    alike = Known(
+        "alike",
+        lambda rng, n_draw: np.concatenate([rng.standard_normal((n_draw, 2)), lot.prior.draw(rng, n_draw)[0]], axis=1),
+        lambda x: lot.log_ratio(x) - 0.5 * np.sum(x**2, axis=1),
+        np.array([np.ones(6), np.zeros(6)]),
+        scales=(0,),
+    )
+    folder = CheckpointFolder(tmp_path, "0" * 64)
+    chains = sample_target(alike, folder, seed=7, n_ensembles=4, n_walker=96, gate=Gate(), max_steps=200, processes=0)
+    assert not shortcomings(chains.state, alike.names, Gate())
+    assert np.max(chains.state.tau) < 10
+    draws = np.stack([load_chain(folder, k, chains.n_block, 0, 1)[0] for k in range(4)])
+    assert not truth_of(alike).errors(alike, draws[:, draws.shape[1] // 3 :].reshape(-1, alike.n)).wrong
 
 
 @pytest.mark.parametrize("kind", GROUPWISE)
