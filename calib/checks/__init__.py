@@ -54,6 +54,7 @@ from calib.checks.refine import error_rows, refinement_in_words, require_own_sur
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.sensitivity import sensitivity_of_headlines, with_sensitivity
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
+from calib.checks.standing import BEYOND_DOUBT, Standing, standings
 from calib.checks.verdict import (
     AMBER_ALLOWS,
     LEVELS,
@@ -74,6 +75,7 @@ __all__ = [
     "BAND_LEVELS",
     "BAYES_LIMITS",
     "BEFORE_SAMPLING",
+    "BEYOND_DOUBT",
     "FILES",
     "LEARNED",
     "LEAST_DRAWS",
@@ -111,6 +113,7 @@ __all__ = [
     "Ridge",
     "Side",
     "SimulatedPress",
+    "Standing",
     "Tested",
     "UnknownOutlook",
     "Verdict",
@@ -155,6 +158,7 @@ __all__ = [
     "scaled",
     "sensitivity_of_headlines",
     "shift_rows",
+    "standings",
     "stands",
     "stranger_in_words",
     "training_points",

@@ -29,7 +29,7 @@ from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, fa
 from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, model_in_words, variants_of
+from calib.experiment import Experiment, line_of_variant, model_in_words, variants_of
 from calib.lab import Sweep, check_name
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
@@ -331,14 +331,15 @@ def _of_models(look: Look, level: Level) -> Iterator[Reason]:
     """A reason for the model under which the data are by far most probable, if it is not the one that is stated."""
     problem = look.problem
     near = values_near(dict(zip(problem.names, (look.weight @ columns_at(problem, look.theta)).tolist(), strict=True)))
-    best, found = look.log_evidence + PREFERRED, None
-    for variant in variants_of(problem.experiment)[1:]:
+    best, found, found_as = look.log_evidence + PREFERRED, None, 0
+    variants = variants_of(problem.experiment)
+    for number, variant in enumerate(variants[1:], 1):
         try:
             other = look_at(problem_under(problem, variant), near, best)
         except (InputError, ValueError):
             continue
         if other.confirmed and other.log_evidence > best and not conflicts_in(other).wrong:
-            best, found = other.log_evidence, other
+            best, found, found_as = other.log_evidence, other, number
     if found is not None:
         gain = (best - look.log_evidence) / math.log(10)
         own, other_model = (model_in_words(p.experiment).split(", ") for p in (problem, found.problem))
@@ -347,7 +348,9 @@ def _of_models(look: Look, level: Level) -> Iterator[Reason]:
         values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"
-        question = "Look whether the sensor is of that kind; `calib compare` calibrates every model that there is"
+        line = line_of_variant(problem.experiment, variants[found_as])
+        question = "Look whether the sensor is of that kind" + (f", and if it is set {line}" if line else "")
+        question += "; `calib compare` calibrates every model that is not ruled out beyond doubt"
         yield Reason("model", level, finding, question)
 
 
