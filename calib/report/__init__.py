@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from calib.report.certificate import (
         CERTIFICATE_FORMAT,
         CERTIFICATE_KINDS,
+        DAY_GATE,
         Certificate,
         Origin,
         certificate_json,
@@ -55,6 +56,7 @@ __all__ = [
     "BROWSERS",
     "CERTIFICATE_FORMAT",
     "CERTIFICATE_KINDS",
+    "DAY_GATE",
     "Certificate",
     "CrateFile",
     "FirstRow",
@@ -131,6 +133,7 @@ __getattr__ = on_demand(
         ".certificate": (
             "CERTIFICATE_FORMAT",
             "CERTIFICATE_KINDS",
+            "DAY_GATE",
             "Certificate",
             "Origin",
             "certified_content",
