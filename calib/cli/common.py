@@ -126,6 +126,10 @@ def exit_by(verdict: Verdict, strict: bool) -> None:
         If so.
     """
     if verdict.colour == "red" or (strict and verdict.colour == "amber"):
+        amber = ", which --strict does not accept" if verdict.colour == "amber" else ": do not use the numbers"
+        err().print(
+            f"Exit code {NOT_USABLE}: all is written, but the verdict is {verdict.colour}{amber}.", markup=False, soft_wrap=True
+        )
         raise typer.Exit(NOT_USABLE)
 
 

@@ -73,6 +73,7 @@ def compare(
         for doubt in doubts:
             err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
     if doubts:
+        err().print(f"Exit code {NOT_USABLE}: all is written, but see the warnings above.", markup=False, soft_wrap=True)
         raise typer.Exit(NOT_USABLE)
 
 

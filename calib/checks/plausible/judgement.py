@@ -386,6 +386,11 @@ def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, P
             yield slip, other
 
 
+def _are_one(slip: Slip, other: Slip) -> bool:
+    """Whether two slips exchange files of the same two specimens: one question, whichever files it is told by."""
+    return bool(slip.exchange[0]) and slip.exchange[0] == other.exchange[0]
+
+
 def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[Reason]:
     """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
     stated = log_evidence_at(look.space, look.mode)
@@ -404,8 +409,12 @@ def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) 
                 found.append((gain, slip, values_at(other, theta)))
     found.sort(key=lambda f: -f[0])
     reasons = []
-    for gain, slip, values in found[:_MOST_SLIPS]:
-        finding = f"with {slip.without} the data would be 10^{gain / math.log(10):.0f} times as probable"
+    told = [f for k, f in enumerate(found) if not any(_are_one(f[1], before) for _, before, _ in found[:k])]
+    for gain, slip, values in told[:_MOST_SLIPS]:
+        others = [(g, other.exchange[1]) for g, other, _ in found if other is not slip and _are_one(slip, other)]
+        ways = [f"their {what} files instead: 10^{g / math.log(10):.0f} times" for g, what in others]
+        same = f" (or {', or '.join(ways)})" if ways else ""
+        finding = f"with {slip.without}{same} the data would be 10^{gain / math.log(10):.0f} times as probable"
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
         reasons.append(Reason(slip.gate, "red" if gain > DECISIVE else level, finding, slip.question))
