@@ -8,16 +8,20 @@ from calib.checks.difference import Changed, Difference, Loading, Pair, Side, di
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
     FILES,
+    TARE,
     Outlook,
     Plausibility,
     Range,
     Ridge,
+    Tare,
     UnknownOutlook,
     expected_in_words,
     in_units,
     measured_in_words,
     plausibility,
     scaled,
+    tare_from_text,
+    tare_to_text,
     ways_out,
 )
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
@@ -54,6 +58,7 @@ from calib.checks.refine import error_rows, refinement_in_words, require_own_sur
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.sensitivity import sensitivity_of_headlines, with_sensitivity
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
+from calib.checks.standing import BEYOND_DOUBT, Standing, standings
 from calib.checks.verdict import (
     AMBER_ALLOWS,
     LEVELS,
@@ -74,6 +79,7 @@ __all__ = [
     "BAND_LEVELS",
     "BAYES_LIMITS",
     "BEFORE_SAMPLING",
+    "BEYOND_DOUBT",
     "FILES",
     "LEARNED",
     "LEAST_DRAWS",
@@ -83,6 +89,7 @@ __all__ = [
     "OF_MODELS",
     "PUT_IN_ERROR",
     "RULED_OUT",
+    "TARE",
     "USUAL",
     "WEIGHTINGS",
     "AverageMember",
@@ -111,6 +118,8 @@ __all__ = [
     "Ridge",
     "Side",
     "SimulatedPress",
+    "Standing",
+    "Tare",
     "Tested",
     "UnknownOutlook",
     "Verdict",
@@ -155,8 +164,11 @@ __all__ = [
     "scaled",
     "sensitivity_of_headlines",
     "shift_rows",
+    "standings",
     "stands",
     "stranger_in_words",
+    "tare_from_text",
+    "tare_to_text",
     "training_points",
     "unedited_reasons",
     "verdict_from_plain",

@@ -129,6 +129,8 @@ def comparison_in_words(candidates: Sequence[ComparedModel]) -> str:
     best, *others = candidates
     alike = [c for c in others if not c.decided]
     worse = [c for c in others if c.decided]
+    if not others:
+        return f"{best.name} ({best.model}) is the one model that was calibrated."
     ruled_out = "; ".join(f"{c.name} ({c.model}), {c.behind:.1f} ± {c.error:.1f} in elpd behind" for c in worse)
     if not alike:
         return f"{best.name} ({best.model}) predicts these data better than {ruled_out}."

@@ -93,8 +93,8 @@ A first calibration, from lab files to recommendation:
 Then open run1/report.html. Without files of your own, begin with `calib example -o demo`.
 
 Exit codes: 0 done (and usable); 1 all results were written, but not the page or words that show them; 2 something is wrong
-with the input, nothing was written; 3 everything was written, but the calibration has not converged, or its surrogate is off
-the finite elements by more than it states; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed is kept where it has a
+with the input, nothing was written; 3 all is written, but the verdict is red (with --strict: amber), or what was looked at is
+not as it should be, and a last line says which; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed is kept where it has a
 place.
 """,
 )

@@ -118,26 +118,27 @@ def _say(made: Batch, folder: Path) -> None:
     from rich.markup import escape
 
     from calib.decision import DRIFTING, percent
-    from calib.report import batch_status
+    from calib.report import batch_status, lot_status
 
+    say_verdict(made.of_lot, lot_status(made))
     judged = made.specification is not None
     of_judged = ["decision", "conforms with"] if judged else []
-    shown = table("specimen", "light", *of_judged, "modulus (MPa)", "signal (%)", "first reason")
+    shown = table("specimen", "light", "belongs", *of_judged, "modulus (MPa)", "signal (%)", "first reason of its own")
     styles = {"green": "green", "amber": "yellow", "red": "bold red"}
     for row in made.rows[:_MOST]:
-        cells = [f"[{styles[row.light]}]{row.light}[/]"]
+        cells = [f"[{styles[row.light]}]{row.light}[/]", row.belongs]
         if judged:
             c = row.conformity if row.decision != "none" else None
             cells += ["" if row.decision == "none" else row.decision, "" if c is None else percent(c.probability)]
         for name, scale in (("young_modulus", 1e-6), ("signal", 1e2)):
             mean, sd = row.estimates.get(name, (None, None))[:2]
             cells.append("" if mean is None or sd is None else f"{mean * scale:.4g} ± {sd * scale:.2g}")
-        reason = row.verdict.reasons[0].finding if row.verdict.reasons else ""
+        reason = row.own[0].finding if row.own else ""
         shown.add_row(escape(row.name), *cells, escape(reason))
     out().print(shown)
     if len(made.rows) > _MOST:
         say(f"and {len(made.rows) - _MOST} more: batch.csv has all of them")
-    say_verdict(made.verdict, batch_status(made))
+    say_verdict(made.of_specimens, batch_status(made), made.verdict.colour)
     for trend in made.trends:
         say(f"{trend.in_words(DRIFTING[trend.quantity])[:1].upper()}{trend.in_words(DRIFTING[trend.quantity])[1:]}.")
     if (risks := made.risks) is not None:

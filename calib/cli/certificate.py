@@ -48,30 +48,37 @@ def certificate(
     3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
-        from calib.report import dcc_gaps, lines_to_add, status_in_words
+        from calib.report import dcc_gaps, status_in_words
         from calib.runs import certify_in, input_now
 
         secret = None if key is None else secret_key(key)
         found = loaded(run)
         made = certify_in(found, key=secret, command=as_given())
         say(f"{made.title}, No. {made.number}")
+        how = how_to_add(found, input_now(found, "experiment"), input_now(found, "surrogate"))
+        if made.missed:
+            alone = "The verdict below is on the numbers alone. " if made.usable else ""
+            none = "It names no laboratory. " if not made.laboratory.name else ""
+            told = f"{none}{alone}What a customer will look for is not said:"
+            out().print(told, style="yellow", markup=False, soft_wrap=True)
+        for what in made.missed:
+            say(f"  not said: {what}")
+        if made.to_add:
+            say("  Lines to add, filled in:")
+            for line in made.to_add:
+                say(f"    {line}")
+            say(f"  {how}")
         say_verdict(made.verdict, status_in_words(made.verdict))
         for model in made.open_models:
             say(f"  not ruled out by these data: {model}")
-        if made.missed:
-            alone = "The verdict is on the numbers alone. " if made.usable else ""
-            out().print(f"{alone}What a customer will look for is not said:", style="yellow", markup=False, soft_wrap=True)
         for what in made.unsaid:
-            say(f"  not said: {what}")
+            if what not in made.missed:
+                say(f"  not said: {what}")
         missing = dcc_gaps(made) if made.usable else ()
         if missing:
             say(f"  no certificate.xml, which needs {', '.join(missing)}.")
-        if made.missed:
-            say("  Lines to add, filled in:")
-            for line in lines_to_add(made.laboratory, made.instruments, found.posterior.sweeps):
-                say(f"    {line}")
-        if missing or made.missed:
-            say(f"  {_how_to_add(found, input_now(found, 'experiment'), input_now(found, 'surrogate'))}")
+            if not made.to_add:
+                say(f"  {how}")
         handed = [name for name in ("certificate.html", "certificate.json", "certificate.xml") if (run / name).is_file()]
         handed += ["certificate.json.minisig"] if secret is not None else []
         say(f"Written: {', '.join(str(run / name) for name in (*handed, 'ro-crate-metadata.json'))}")
@@ -141,7 +148,7 @@ def _public_of(secret: SecretKey, path: Path | None) -> Path:
     return Path(f"FILE{_PUBLIC}")
 
 
-def _how_to_add(run: Run, experiment: tuple[Path | None, Path | None], surrogate: tuple[Path | None, Path | None]) -> str:
+def how_to_add(run: Run, experiment: tuple[Path | None, Path | None], surrogate: tuple[Path | None, Path | None]) -> str:
     """How a run learns what is added to its experiment file, which changes no draw, as a command that can be pasted.
 
     Parameters
@@ -149,11 +156,18 @@ def _how_to_add(run: Run, experiment: tuple[Path | None, Path | None], surrogate
     run : the calibration.
     experiment, surrogate : where the file of each is, and where it was; None where it is not, or there was none.
     """
+    from calib.experiment import shipped
+
     now, then = experiment
     file = _from_here(now) if now is not None else then
     if file is None:
         return "The run was made from no experiment file: say it where the experiment is made."
+    copied = ""
+    if now is not None and real_path(now).is_relative_to(real_path(shipped())):
+        file = Path("mine") / now.name
+        copied = "The experiment is the one that comes with the program: copy it first, by: calib example -o mine. "
     add = f"Add it to {in_shell_path(file)}" if now is not None else f"Put {in_shell_path(file)} back, and add it there"
+    add = f"{copied}{add}"
     begun = run.posterior.attrs.get("command", "")
     if run.members or begun.startswith("calib compare"):
         return f"{add}, then make the run anew in another folder, as it was made by: {begun}"

@@ -22,7 +22,7 @@ from models.threads import one_thread
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from calib.checks import Verdict
+    from calib.checks import Colour, Verdict
     from calib.runs import Run
 
 #: Minutes that a calibration may take if nothing else is said.
@@ -69,16 +69,17 @@ def say(text: str) -> None:
     out().print(text, markup=False, soft_wrap=True)
 
 
-def say_verdict(verdict: Verdict, status: str) -> None:
+def say_verdict(verdict: Verdict, status: str, colour: Colour | None = None) -> None:
     """Print a verdict: its colour in a sentence, and its reasons, each with what to do.
 
     Parameters
     ----------
     verdict : to be said.
     status : the sentence.
+    colour : of the sentence; None for that of the verdict.
     """
     styles = {"green": "green", "amber": "yellow", "red": "bold red"}
-    out().print(status, style=styles[verdict.colour], markup=False, soft_wrap=True)
+    out().print(status, style=styles[colour or verdict.colour], markup=False, soft_wrap=True)
     for reason in verdict.reasons:
         text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
         out().print(text, style=styles[reason.level], markup=False, soft_wrap=True)
@@ -125,6 +126,10 @@ def exit_by(verdict: Verdict, strict: bool) -> None:
         If so.
     """
     if verdict.colour == "red" or (strict and verdict.colour == "amber"):
+        amber = ", which --strict does not accept" if verdict.colour == "amber" else ": do not use the numbers"
+        err().print(
+            f"Exit code {NOT_USABLE}: all is written, but the verdict is {verdict.colour}{amber}.", markup=False, soft_wrap=True
+        )
         raise typer.Exit(NOT_USABLE)
 
 

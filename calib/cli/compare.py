@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +17,7 @@ from calib.errors import Fault, InputError, in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
-    from calib.checks import ComparedModel
+    from calib.checks import ComparedModel, Standing
     from calib.experiment import Variant
     from calib.runs import Forecast, Watch
 
@@ -41,8 +42,9 @@ def compare(
 
     With an experiment file it calibrates the experiment as it is and every model that differs from it in one of these choices,
     or those that its `candidates` name, each into a run of its own in FOLDER: what one of them says with certainty another may
-    contradict. Runs that are finished there already are taken as they are, those that were stopped go on. In the end they are
-    averaged into a run of its own, FOLDER/average, which holds what is not known of the model. With runs it compares these.
+    contradict. The likely ones come first, by their first answers; what these rule out beyond doubt is only named.
+    Runs that are finished there already are taken as they are, those that were stopped go on. In the end they are averaged into
+    a run of its own, FOLDER/average, which holds what is not known of the model. With runs it compares these.
 
     Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
     difference counts if it is above 4 and above twice its standard error.
@@ -71,6 +73,7 @@ def compare(
         for doubt in doubts:
             err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
     if doubts:
+        err().print(f"Exit code {NOT_USABLE}: all is written, but see the warnings above.", markup=False, soft_wrap=True)
         raise typer.Exit(NOT_USABLE)
 
 
@@ -104,7 +107,9 @@ def _rivals(
     require_shown(output)
 
     def planned(forecast: Forecast) -> None:
-        """Say how long it will take, before anything is sampled."""
+        """Say what is ruled out and how long the rest will take, before anything is sampled."""
+        for standing in forecast.ruled_out:
+            say(f"Ruled out beyond doubt, and not calibrated: {standing.in_words}.")
         n, most = len(forecast.names), duration_in_words(forecast.most)
         if forecast.finished:
             say(f"Finished already, taken as they are: {', '.join(forecast.finished)}.")
@@ -116,6 +121,11 @@ def _rivals(
         models = f"{n} model{'s' if n > 1 else ''} ({', '.join(forecast.names)})"
         say(f"To calibrate: {models}, one after the other; {takes}, at most {most} of sampling by --budget.")
         say("Ctrl-C keeps what is done; the same command goes on. `candidates` in the experiment file names fewer models.")
+
+    def looking(variant: Variant, number: int, count: int) -> None:
+        err().print(f"first answer of {variant.name} ({number} of {count})", markup=False)
+
+    say("Reading; then each model is held against the data by its first answer, some seconds each, before any is calibrated.")
 
     @contextmanager
     def watched(variant: Variant, number: int, count: int) -> Iterator[Watch]:
@@ -132,13 +142,14 @@ def _rivals(
             processes=processes,
             command=as_given(),
             planned=planned,
+            looking=looking,
             watch=watched,
             stages=ctx.obj if ctx.obj is not None else Stages(),
         )
     except NothingSampled as nothing:
         err().print(f"{nothing} Give it a larger --budget.", style="red", markup=False, soft_wrap=True)
         raise typer.Exit(NOT_USABLE) from None
-    _show(rivalry.candidates)
+    _show(rivalry.candidates, rivalry.ruled_out)
     say(rivalry.in_words)
     if rivalry.average is not None:
         say_average(rivalry.average)
@@ -146,7 +157,7 @@ def _rivals(
     return rivalry.doubts
 
 
-def _show(candidates: Sequence[ComparedModel]) -> None:
+def _show(candidates: Sequence[ComparedModel], ruled_out: Sequence[Standing] = ()) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
@@ -154,4 +165,7 @@ def _show(candidates: Sequence[ComparedModel]) -> None:
     table = Table(*_COLUMNS, box=SIMPLE_HEAD)
     for candidate in candidates:
         table.add_row(*map(escape, candidate.row))
+    for standing in ruled_out:
+        factor = f"ruled out, 1 : 10^{-standing.log_bayes / math.log(10):.0f}"
+        table.add_row(*map(escape, (standing.variant.name, standing.model, factor, *["-"] * 4)))
     out().print(table)

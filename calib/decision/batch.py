@@ -11,7 +11,7 @@ import numpy as np
 from calib.catalogue import POOLED
 from calib.checks import Colour, Member, Reason, Verdict, verdict_of
 from calib.decision.guard_band import Risks, risks_of
-from calib.decision.inspection import Inspected
+from calib.decision.inspection import Inspected, hardly_foretold
 from calib.decision.sensors import sensors_of
 from calib.decision.trend import Trend, trend_of
 from calib.experiment import Specification
@@ -42,6 +42,7 @@ class Batch:
     expected : quantity -> 5, 50 and 95 % quantiles of the next specimen of the lot, SI.
     left_out : (file, why) of files that are no lab files.
     seed : of all random numbers.
+    against : what speaks against the calibration of the lot.
     """
 
     lot: str
@@ -54,6 +55,7 @@ class Batch:
     expected: Mapping[str, tuple[float, float, float]]
     left_out: tuple[tuple[str, str], ...]
     seed: int
+    against: tuple[Reason, ...] = ()
 
     def count(self, light: Colour) -> int:
         """How many have a light."""
@@ -92,9 +94,19 @@ class Batch:
         return tuple(found)
 
     @property
-    def verdict(self) -> Verdict:
-        """On all of them: what their lights are for, and whether the lot drifts."""
+    def of_lot(self) -> Verdict:
+        """On the lot that they rest on: no newcomer has a better light."""
+        return verdict_of([*self.against, *_spread(self.rows)])
+
+    @property
+    def of_specimens(self) -> Verdict:
+        """On the newcomers beyond what is on their lot: what their lights are for, and whether they drift."""
         return verdict_of(_reasons(self))
+
+    @property
+    def verdict(self) -> Verdict:
+        """On all of it, the newcomers first and then their lot."""
+        return verdict_of([*self.of_specimens.reasons, *self.of_lot.reasons])
 
 
 def _places(rows: Sequence[Inspected]) -> tuple[FloatArray, str]:
@@ -104,6 +116,12 @@ def _places(rows: Sequence[Inspected]) -> tuple[FloatArray, str]:
         if np.ptp(times) > 0:
             return times - np.min(times), "time"
     return np.arange(float(len(rows))), "name"
+
+
+def _spread(rows: Sequence[Inspected]) -> list[Reason]:
+    """That the lot hardly tells who belongs, once: by the newcomer of which it foretells least."""
+    hardly = {hardly_foretold(row.strangers)[1]: r for row in rows for r in row.verdict.reasons if r.gate == "spread"}
+    return [hardly[max(hardly)]] if hardly else []
 
 
 def _reasons(batch: Batch) -> list[Reason]:
@@ -118,11 +136,15 @@ def _reasons(batch: Batch) -> list[Reason]:
         verb = "are" if n > 1 else "is"
         finding = f"{_of(len(failed), n)} {verb} not shown to conform to the specification: {_few(failed)}"
         found.append(Reason("specification", "red", finding, "Reject them, or measure them better"))
-    amber = [row.name for row in batch.rows if row.light == "amber"]
+    aside = [row.name for row in batch.rows if row.set_aside and row.decision == "none" and row.verdict.colour != "red"]
+    if aside:
+        verb = "do" if len(aside) > 1 else "does"
+        finding = f"{_of(len(aside), n)} {verb} not belong to the lot: {_few(aside)}"
+        action = "Set it aside until it is known why; what passes a specification (--spec) all the same is amber"
+        found.append(Reason("belongs", "red", finding, action))
+    amber = [row.name for row in batch.rows if row.light == "amber" and row.own]
     if amber:
-        same = {reason.finding for row in batch.rows for reason in row.verdict.reasons if reason.gate == "lot"}
-        why = f" ({next(iter(same))})" if len(same) == 1 and len(amber) == n else ""
-        finding = f"something speaks against the numbers of {_of(len(amber), n)}: {_few(amber)}{why}"
+        finding = f"something speaks against the numbers of {_of(len(amber), n)}: {_few(amber)}"
         found.append(Reason("specimens", "amber", finding, "See the reason of each"))
     for trend in batch.trends:
         if trend.drifts:

@@ -79,12 +79,22 @@ class Covered:
 
 @dataclass(frozen=True)
 class Aim:
-    """What an advice is for: load [N], padding, depth that the ball sinks in there, and the ball's radius [m]."""
+    """What an advice is for.
+
+    Attributes
+    ----------
+    force : load [N].
+    padding : [m].
+    depth : that the ball sinks in there [m].
+    ball : its radius [m].
+    places : decimals [mm] that the padding is shown with; as on a drawing if nothing else is said.
+    """
 
     force: float
     padding: float
     depth: float
     ball: float
+    places: int = 2
 
 
 def force_exceeded(force: float, largest: float) -> str:
@@ -131,14 +141,14 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     return found
 
 
-def pad_to_press(padding: float) -> float:
-    """Thickness [m] of the pad that confirms an advice: as exactly as one is cast.
+def pad_to_press(aim: Aim) -> float:
+    """Thickness [m] of the pad that confirms an advice: the one that the advice shows, to the same place.
 
     Parameters
     ----------
-    padding : of the advice [m].
+    aim : what the advice is for.
     """
-    return float(f"{padding:.2g}")
+    return float(f"{aim.padding * 1e3:.{aim.places}f}") / 1e3
 
 
 def beyond_the_measured(posterior: Posterior, aim: Aim, covered: Covered, what: str = "the advice is for") -> Iterator[Reason]:
@@ -166,7 +176,7 @@ def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = 
     if found:
         finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
         under = f" with a ball of {aim.ball * 1e3:g} mm radius" if "ball" in found else ""
-        pad = f"pad of about {pad_to_press(aim.padding) * 1e3:g} mm" if aim.padding > 0 else "sensor without padding"
+        pad = f"pad of about {pad_to_press(aim) * 1e3:g} mm" if aim.padding > 0 else "sensor without padding"
         action = f"Press one {pad}{under} to {aim.force:g} N and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))
 

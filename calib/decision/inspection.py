@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from calib.catalogue import CHANNELS, POOLED, unknowns_of
+from calib.catalogue import CHANNELS, POOLED, QUANTITIES, unknowns_of
 from calib.checks import (
     LEVELS,
     Colour,
@@ -67,8 +67,12 @@ _PREDICTED, _CARRIED = 200, 0.95
 
 _ONE_PRESS = "Check that they are of one press"
 
+#: Gates of what speaks against the lot, and so against every newcomer: said once, as the lot's light.
+OF_LOT = ("lot", "spread")
+
 How = Literal["weighted draws", "chains", "none"]
 Decision = Literal["pass", "fail", "none"]
+Belongs = Literal["yes", "no", "not told"]
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ class Inspected:
     name : of the specimen.
     files : (name, sha256) of each of its lab files.
     started : when its record began as the file states it, ISO 8601; "" if it does not.
-    verdict : whether its numbers may be used, and what speaks against that.
+    verdict : whether its numbers may be used, and what speaks against that, be it its own or its lot's (`OF_LOT`).
     how : by weighted draws of the lot, by chains of the lot with the newcomer in it, or not at all.
     k_hat, effective : of the weights: shape of their tail, and how many independent draws they are worth.
     estimates : quantity -> mean, sd, and ends of the central 90 %, SI; with "signal" and "stroke" at the load `force`.
@@ -113,9 +117,28 @@ class Inspected:
         return "pass" if self.conformity.accepted else "fail"
 
     @property
+    def own(self) -> tuple[Reason, ...]:
+        """What speaks against it alone, not against all of its lot; where it is set aside, that it does not belong is red."""
+        own = (reason for reason in self.verdict.reasons if reason.gate not in OF_LOT)
+        return tuple(replace(r, level="red") if self.set_aside and r.gate == "belongs" else r for r in own)
+
+    @property
+    def belongs(self) -> Belongs:
+        """Whether it belongs to its lot; "not told" where that is not seen, or where one of another kind could pass for it."""
+        gates = {reason.gate for reason in self.verdict.reasons}
+        if "belongs" in gates:
+            return "no"
+        return "not told" if "spread" in gates or not self.strangers or self.verdict.colour == "red" else "yes"
+
+    @property
+    def set_aside(self) -> bool:
+        """Whether it does not belong to its lot and passes no specification, which would show that it is fit all the same."""
+        return self.belongs == "no" and self.decision != "pass"
+
+    @property
     def light(self) -> Colour:
-        """Red where its numbers must not be used or it fails, amber where something speaks against them, else green."""
-        return "red" if self.decision == "fail" else self.verdict.colour
+        """Red where it must not be used, fails or is set aside, else amber where anything speaks against it or its lot."""
+        return "red" if self.decision == "fail" or self.set_aside else self.verdict.colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,8 +320,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         beyond = list(_beyond(posterior, s, newcomer.forward, seed))
     return replace(
         blank,
-        # That it does not belong says more than what follows from it, such as that the spread of the lot would be large.
-        verdict=verdict_of([*strays, *(reason for reason in verdict.reasons if reason not in strays), *beyond]),
+        verdict=verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *beyond]),
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,
@@ -308,6 +330,17 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         fits=_fits(predictions),
         conformity=conformity,
     )
+
+
+def _its_own(reasons: Sequence[Reason], strays: Sequence[Reason], of_lot: Sequence[Reason]) -> Iterator[Reason]:
+    """Reasons of a newcomer, first that it does not belong, with what follows from that; without what the lot says already."""
+    known = {reason.finding for reason in of_lot}
+    rest = [r for r in reasons if r not in strays and (r.gate in OF_LOT or r.finding not in known)]
+    # Where it does not belong the spread of its lot would be large, or its own contact odd: no second thing to be done about.
+    follows = [r for r in rest if strays and r.gate == "prior" and r.level == "amber"]
+    for reason in strays:
+        yield replace(reason, finding="; ".join([reason.finding, *(r.finding for r in follows)]))
+    yield from (r for r in rest if r not in follows)
 
 
 def _plain_name(name: str, experiment: Experiment) -> str:
@@ -366,23 +399,33 @@ def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
         if off:
             told = "; ".join(stranger_in_words(s) for s in off[:2])
             more = f"; and {len(off) - 2} more" if len(off) > 2 else ""
-            action = "Check its files, the ball, its thicknesses and what it was cast from"
-            action += "; where one quantity is off another looks so, too"
+            action = "Set it aside until its files, the ball, its thicknesses and what it was cast from are checked"
+            action += "; where one quantity is off another looks so, too. If all is right, calibrate it by itself"
             yield Reason("belongs", level, f"it does not belong to the lot: {told}{more} than the lot lets one expect", action)
             return
 
 
 def _could_pass_for_the_lot(strangers: Sequence[Stranger]) -> Iterator[Reason]:
     """Whether a newcomer of another material could pass for one of its lot."""
-    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
-    quantity, sd = max(known.items(), key=lambda one: one[1], default=("", 0.0))
+    quantity, sd = hardly_foretold(strangers)
     if sd * conflict_limit(len(strangers)) > math.log(_OFF):
         finding = (
-            f"whether it belongs to the lot is hardly told: of one that does the lot foretells {quantity} to "
-            f"{sd * 100:.0f} % (sd), so that one of another kind may pass for it"
+            f"whether a specimen belongs to the lot is hardly told: of one that does the lot foretells "
+            f"{QUANTITIES[quantity].label} to {sd * 100:.0f} % (sd), so that one of another kind may pass for it"
         )
         action = "Calibrate the lot with more specimens, or say in [priors] how much its specimens differ, as you know it"
-        yield Reason("belongs", "amber", finding, action)
+        yield Reason("spread", "amber", finding, action)
+
+
+def hardly_foretold(strangers: Sequence[Stranger]) -> tuple[str, float]:
+    """Which quantity of the material a lot foretells least of a newcomer, and to what standard deviation [1]; "" for none.
+
+    Parameters
+    ----------
+    strangers : how far the newcomer lies off what the lot lets one expect.
+    """
+    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
+    return max(known.items(), key=lambda one: one[1], default=("", 0.0))
 
 
 def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int) -> Iterator[Reason]:

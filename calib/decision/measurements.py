@@ -114,7 +114,7 @@ def next_measurements(
         reasons = list(recommended.verdict.reasons)
         target = signal_target(posterior, known, requirement, recommended.best, rng)
         depth = float(np.nan_to_num(recommended.depth_at_best[2]))
-        aim = Aim(requirement.force, recommended.best, depth, recommended.indenter_radius)
+        aim = Aim(requirement.force, recommended.best, depth, recommended.indenter_radius, recommended.places)
     n_draw = _FEW_DRAWS if known.middle.size > _MANY else _DRAWS
     rows = rng.choice(len(known.draws), min(n_draw, len(known.draws)), replace=False)
     spread = _spread_of(posterior, known, rows)

@@ -22,7 +22,7 @@ from calib.checks import (
 from calib.decision.along import along
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.extrapolation import Aim, Covered, beyond_the_covered, beyond_the_measured, pad_to_press
-from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
+from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation, places_of_thickness
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, sensors_of, smooth_normals, with_padding
 from calib.decision.words import spans_in_words
@@ -121,8 +121,9 @@ def recommend(
     radius = float(np.asarray(parts[0].base.indenter.radius)[0])
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
-    aim = Aim(requirement.force, float(grid[pick]), depth, radius)
-    to_press = float(np.interp(pad_to_press(aim.padding), grid, reach))
+    interval = _run(grid, np.nan_to_num(probability, nan=0.0) >= INTERVAL_PROBABILITY, pick)
+    aim = Aim(requirement.force, float(grid[pick]), depth, radius, places_of_thickness(interval))
+    to_press = float(np.interp(pad_to_press(aim), grid, reach))
     beyond = beyond_the_measured(known_best, aim, Covered(to_press, spans_in_words(grid, covered)))
     unknown = beyond_the_covered(grid, covered, probability, requirement.force, float(np.min(reach)))
     known = judge_posterior(posterior) if verdict is None else verdict
@@ -139,7 +140,7 @@ def recommend(
         optimum=_optimum(grid, masked),
         best=float(grid[pick]),
         best_probability=float(probability[pick]),
-        interval=_run(grid, np.nan_to_num(probability, nan=0.0) >= INTERVAL_PROBABILITY, pick),
+        interval=interval,
         change_at_best=bands["change"][:, pick],
         depth_at_best=bands["depth"][:, pick],
         resolution_at_best=bands["resolution"][:, pick],

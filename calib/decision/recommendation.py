@@ -23,6 +23,17 @@ if TYPE_CHECKING:
 INTERVAL_PROBABILITY = 0.8
 
 
+def places_of_thickness(interval: tuple[float, float] | None) -> int:
+    """Decimals [mm] that a thickness deserves: those of the interval [m] that is as good, else of the grid.
+
+    Parameters
+    ----------
+    interval : None where no range stands out.
+    """
+    first, last = interval or (0.0, 0.0)
+    return min(places_of(1e3 * (last - first)), 2) if last > first else 2
+
+
 @dataclass(frozen=True)
 class OfModel:
     """What one of the models of an average says by itself.
@@ -137,15 +148,14 @@ class Recommendation:
         return pd.DataFrame({**columns, "probability": self.probability})
 
     @property
-    def _places(self) -> int:
-        """Decimals [mm] that a thickness deserves: those of the interval that is as good, else of the grid."""
-        first, last = self.interval or (0.0, 0.0)
-        return min(places_of(1e3 * (last - first)), 2) if last > first else 2
+    def places(self) -> int:
+        """Decimals [mm] that the thickness is shown with: of a specification two, as on a drawing."""
+        return places_of_thickness(self.interval) if self.conformity is None else 2
 
     @property
     def best_in_words(self) -> str:
         """The recommended thickness, as exactly as it matters: to a place of the interval of those that are as good."""
-        return f"{self.best * 1e3:.{self._places}f} mm"
+        return f"{self.best * 1e3:.{self.places}f} mm"
 
     @property
     def asked_in_words(self) -> str:
@@ -160,7 +170,7 @@ class Recommendation:
         """The thicknesses that are as good; "" where no range stands out."""
         if self.interval is None:
             return ""
-        first, last = (f"{end * 1e3:.{self._places}f}" for end in self.interval)
+        first, last = (f"{end * 1e3:.{self.places}f}" for end in self.interval)
         return f"{first} to {last} mm"
 
     @property

@@ -352,7 +352,7 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -
     """What of the answer was held against no data."""
     posterior = heaviest(models).posterior
     reach = aim.force * (1 + np.quantile(best.reach, 1 - COVERED_SHARE, axis=0))
-    to_press = float(np.interp(pad_to_press(aim.padding), grid, reach))
+    to_press = float(np.interp(pad_to_press(aim), grid, reach))
     yield from beyond_the_measured(posterior, aim, Covered(to_press, spans_in_words(grid, best.built.covered)))
     other = []
     if best.choice.material is not None:

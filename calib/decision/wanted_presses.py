@@ -151,10 +151,10 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
         ball, confirming, other = template.indenter_radius, padding, ""
         if aim is not None and not _alike(aim.padding, padding, MARGIN):
             if bench.paddings is not None and not any(_alike(aim.padding, thickness, MARGIN) for thickness in asked):
-                at = display("padding_thickness", aim.padding)
+                at = display("padding_thickness", pad_to_press(aim))
                 yield f"padding of {at}, which the advice is for: it is not among the paddings of the bench file"
             else:
-                confirming = pad_to_press(aim.padding)
+                confirming = pad_to_press(aim)
                 asked = (confirming, *(thickness for thickness in asked if not _alike(thickness, confirming, MARGIN)))
         if aim is not None and not _alike(aim.ball, ball, MARGIN) and _at_hand(known, bench, aim.ball):
             ball = aim.ball

@@ -33,6 +33,7 @@ from calib.experiment.specification_file import read_specification, specificatio
 from calib.experiment.sweeps import compliance_said, read_sweeps
 from calib.experiment.toml_file import LARGEST as LARGEST_TOML
 from calib.experiment.toml_places import KeyPath, comments_in, locate_keys
+from calib.experiment.variant_lines import line_of_variant
 from calib.experiment.variants import (
     AS_GIVEN,
     Variant,
@@ -92,6 +93,7 @@ __all__ = [
     "instrument_of",
     "keys_of",
     "limited_in_words",
+    "line_of_variant",
     "listed",
     "locate_keys",
     "look_through",

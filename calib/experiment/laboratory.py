@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from datetime import date, datetime
 
+from calib.experiment.countries import COUNTRIES, nearest_countries
 from calib.experiment.signposts import SIGNPOSTS
 from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
@@ -14,7 +15,7 @@ from calib.experiment.toml_values import check_keys, get, quoted, table_at, tabl
 from calib.visible import name_fault, shortened
 
 #: How a day is written, and a country.
-DAY, COUNTRY = r"\d{4}-\d{2}-\d{2}", "[A-Z]{2}"
+DAY, COUNTRY = r"\d{4}-\d{2}-\d{2}", f"(?:{'|'.join(COUNTRIES)})"
 
 #: What stands for a text that is still to be put in.
 BLANK = "..."
@@ -94,9 +95,11 @@ def laboratory_in(toml: Toml) -> Laboratory:
     check_keys(toml, at, tuple(LABORATORY), SIGNPOSTS)
     table = table_at(toml, at)
     said = {key: _line(toml, (*at, key)) for key in LABORATORY if key in table and key != "measured"}
-    if said.get("country") and not re.fullmatch(COUNTRY, said["country"]):
-        advice = 'Give the two letters of ISO 3166-1: "NZ", "DE", "GB"'
-        toml.fault((*at, "country"), f"country must be two capital letters, got {quoted(said['country'])}", advice)
+    if said.get("country") and said["country"] not in COUNTRIES:
+        near = [f'"{code}" ({COUNTRIES[code]})' for code in nearest_countries(said["country"])]
+        advice = f"Did you mean {' or '.join(near)}?" if near else 'For example "NZ", "DE", "GB"; or leave it out and give city'
+        message = f"country must be two letters that ISO 3166-1 has, got {quoted(said['country'])}"
+        toml.fault((*at, "country"), message, advice)
     if said.get("email") and not re.fullmatch(_EMAIL, said["email"]):
         toml.fault((*at, "email"), f"email must be an address, got {quoted(said['email'])}", 'For example "lab@example.org"')
     first, last = _days(toml, (*at, "measured"))

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
-    from calib.report.batch import batch_page, batch_status
+    from calib.report.batch import batch_page, batch_status, lot_status
     from calib.report.browser import BROWSERS, PrintError, find_browser, print_page
     from calib.report.certificate import (
         CERTIFICATE_FORMAT,
         CERTIFICATE_KINDS,
+        DAY_GATE,
         Certificate,
         Origin,
         certificate_json,
@@ -55,6 +56,7 @@ __all__ = [
     "BROWSERS",
     "CERTIFICATE_FORMAT",
     "CERTIFICATE_KINDS",
+    "DAY_GATE",
     "Certificate",
     "CrateFile",
     "FirstRow",
@@ -97,6 +99,7 @@ __all__ = [
     "laboratory_gaps",
     "learned_in_words",
     "lines_to_add",
+    "lot_status",
     "missed_in",
     "modulus_share",
     "moves_in_words",
@@ -125,11 +128,12 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        ".batch": ("batch_page", "batch_status"),
+        ".batch": ("batch_page", "batch_status", "lot_status"),
         ".browser": ("BROWSERS", "PrintError", "find_browser", "print_page"),
         ".certificate": (
             "CERTIFICATE_FORMAT",
             "CERTIFICATE_KINDS",
+            "DAY_GATE",
             "Certificate",
             "Origin",
             "certified_content",

@@ -24,7 +24,7 @@ def batch_page(batch: Batch) -> str:
     The page; the same batch gives the same bytes.
     """
     shown = [name for name in (*POOLED, "signal", "stroke") if any(name in row.estimates for row in batch.rows)]
-    verdict, risks = batch.verdict, batch.risks
+    risks = batch.risks
     passed = sum(row.decision == "pass" for row in batch.rows)
     failed = sum(row.decision == "fail" for row in batch.rows)
     cards = [(_LIGHT_WORDS[light], f"{batch.count(light)}", f"of {len(batch.rows)}") for light in ("green", "amber", "red")]
@@ -42,7 +42,10 @@ def batch_page(batch: Batch) -> str:
             name=batch.lot,
             n=len(batch.rows),
             status=batch_status(batch),
-            verdict=verdict,
+            colour=batch.verdict.colour,
+            verdict=batch.of_specimens,
+            of_lot_status=lot_status(batch),
+            of_lot_verdict=batch.of_lot,
             cards=cards,
             picture=figure_address(batch_figure(batch)) if shown else "",
             trends=[(trend.in_words(DRIFTING[trend.quantity]), trend.drifts, trend.ordered_by) for trend in batch.trends],
@@ -74,15 +77,27 @@ def batch_status(batch: Batch) -> str:
     ----------
     batch : the newcomers, inspected.
     """
-    n, red = len(batch.rows), batch.count("red")
-    colour = batch.verdict.colour
-    if colour == "green":
+    n, red, verdict = len(batch.rows), batch.count("red"), batch.of_specimens
+    if batch.verdict.colour == "green":
         return f"Green: all {n} specimens can be used." if n > 1 else "Green: the specimen can be used."
-    if colour == "amber":
+    if verdict.colour == "green":
+        which = f"any of the {n} specimens" if n > 1 else "the specimen"
+        return f"Amber: nothing speaks against {which} but what speaks against the lot."
+    if verdict.colour == "amber":
         return "Amber: no specimen is red; see the reasons below."
-    return (
-        f"Red: {red} of {n} specimens must not be used, or fail." if n > 1 else "Red: the specimen must not be used, or fails."
-    )
+    return f"Red: {red} of {n} specimens {'is' if red == 1 else 'are'} red." if n > 1 else "Red: the specimen is red."
+
+
+def lot_status(batch: Batch) -> str:
+    """Say in a sentence what the light of the lot means for its specimens.
+
+    Parameters
+    ----------
+    batch : the newcomers, inspected.
+    """
+    if batch.of_lot.colour == "green":
+        return "Lot: green."
+    return f"Lot: {batch.of_lot.colour}, and no specimen is better than the lot it rests on."
 
 
 def _heading(name: str, batch: Batch) -> str:
@@ -120,7 +135,8 @@ def _row(batch: Batch, row: Inspected, shown: list[str]) -> dict[str, object]:
         if conformity is None
         else [f"{limit}: {percent(share)} outside" for limit, share in conformity.fails.items() if share > 0],
         "cells": cells,
-        "reasons": [(r.level, r.in_words) for r in row.verdict.reasons],
+        "reasons": [(r.level, r.in_words) for r in row.own],
+        "belongs": row.belongs,
         "by": by,
         "usable": row.verdict.colour != "red",
         "started": row.started.replace("T", " "),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from datetime import datetime, timedelta
 from typing import Any
 
 from calib.catalogue import CHANNELS, QUANTITIES, UnknownName
-from calib.checks import AMBER_ALLOWS, Colour, Verdict
+from calib.checks import AMBER_ALLOWS, Colour, Reason, Verdict, verdict_from_plain, verdict_of
 from calib.decision import open_models_of
 from calib.digits import interval_text, with_uncertainty
 from calib.experiment import Instrument, Laboratory, instrument_of, keys_of, model_in_words
@@ -22,7 +23,7 @@ from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 COVERAGE = 0.95
 
 #: Layout of certificate.json, and what it is by the colour of its verdict: the first thing that it says.
-CERTIFICATE_FORMAT = 3
+CERTIFICATE_FORMAT = 4
 CERTIFICATE_KINDS: Mapping[Colour, str] = {
     "green": "certificate",
     "amber": "certificate with reservations",
@@ -39,6 +40,11 @@ _STATEMENTS: Mapping[Colour, str] = {
     "amber": f"These results {AMBER_ALLOWS}.",
     "red": "The verdict on this calibration is red. This says how it came about, without its numbers, which must not be used.",
 }
+
+#: Gate of a day that is stated and was still to come when the certificate was issued: of a certificate, not of its run.
+DAY_GATE = "day"
+# It is already tomorrow elsewhere: so much earlier than in UTC a day begins in the east.
+_EARLIEST = timedelta(hours=14)
 
 #: What no certificate of this program is.
 NOT_ACCREDITED = (
@@ -168,6 +174,7 @@ class Certificate:
     fingerprint : of the run.
     started, ended : when it was sampled, UTC, ISO 8601.
     unsaid : what a reader may look for and does not find, in words.
+    to_add : lines of the experiment file that say what is missed, to be filled in.
     """
 
     number: str
@@ -190,6 +197,7 @@ class Certificate:
     started: str
     ended: str
     unsaid: tuple[str, ...]
+    to_add: tuple[str, ...]
 
     @property
     def title(self) -> str:
@@ -218,11 +226,12 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
     Parameters
     ----------
     posterior : the calibration.
-    verdict : on it; where it is red no result is certified.
+    verdict : on it; where it is red no result is certified. Days that are stated and later than `issued` are reasons besides.
     origin : how it came about.
     issued : when, UTC, ISO 8601.
     """
     e, attrs = posterior.experiment, posterior.attrs
+    verdict = verdict_of([*verdict.reasons, *_still_to_come(e.laboratory, e.instruments, issued)])
     known = tuple(
         KnownValue(name, _name(name), QUANTITIES[UnknownName.parse(name).parameter].unit or "1", float(value))
         for name, value in posterior.fixed.items()
@@ -252,6 +261,7 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         started=attrs.get("started", ""),
         ended=attrs.get("ended", ""),
         unsaid=_unsaid(e.laboratory, e.instruments, origin.text, commit="commit" in attrs),
+        to_add=lines_to_add(e.laboratory, e.instruments, posterior.sweeps),
     )
     return replace(certificate, number=certificate_number(certified_content(certificate)))
 
@@ -349,6 +359,7 @@ def _content(c: Certificate) -> dict[str, Any]:
         "experiment": {"file": c.experiment[0], "sha256": c.experiment[1], "text": c.origin.text},
         "inputs": [dict(entry) for entry in c.origin.inputs],
         "not_said": list(c.unsaid),
+        "lines_to_add": list(c.to_add),
         "accreditation": NOT_ACCREDITED,
     }
 
@@ -380,7 +391,9 @@ def follows_from_itself(content: Mapping[str, Any]) -> dict[str, Any]:
     colour: Colour = content["verdict"]["colour"]
     laboratory = Laboratory(**content["laboratory"])
     instruments = tuple(instrument_of(plain) for plain in content["instruments"])
+    reasons = [reason for reason in verdict_from_plain(content["verdict"]).reasons if reason.gate != DAY_GATE]
     return {
+        "verdict": verdict_of([*reasons, *_still_to_come(laboratory, instruments, content["issued"])]).to_plain(),
         "title": _TITLES[colour],
         "statement": _statement(colour, len(content["open_models"]), missed_in(laboratory, instruments)),
         "coverage_probability": COVERAGE,
@@ -390,6 +403,22 @@ def follows_from_itself(content: Mapping[str, Any]) -> dict[str, Any]:
             _unsaid(laboratory, instruments, content["experiment"]["text"], commit="commit" in content["calibrated_with"])
         ),
     }
+
+
+def _still_to_come(laboratory: Laboratory, instruments: Sequence[Instrument], issued: str) -> Iterator[Reason]:
+    """A reason for each day that is stated and later than the clock by which a certificate was issued, wherever on earth.
+
+    Nothing tells whether the day or the clock is wrong: both are said, and nothing is refused.
+    """
+    stated = [("as the day of measurement", "measured in [laboratory]", laboratory.measured_until)]
+    named = [
+        (f"as the last calibration of the {one.kind}", "calibrated in [[instruments]]", one.calibrated) for one in instruments
+    ]
+    latest = (datetime.fromisoformat(issued) + _EARLIEST).date().isoformat()
+    for what, key, day in [*stated, *named]:
+        if day > latest:
+            finding = f"{day} is stated {what}, and the clock of the computer that issued this stood at {issued[:10]} (UTC)"
+            yield Reason(DAY_GATE, "amber", finding, f"Put right the one that is wrong, {key} or the clock, and issue it again")
 
 
 def missed_in(laboratory: Laboratory, instruments: Sequence[Instrument]) -> tuple[str, ...]:

@@ -51,7 +51,7 @@ from models.response import Forward
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
 
 #: Raise it with every change that makes the numbers of a specimen others.
-BATCH_VERSION = 1
+BATCH_VERSION = 2
 
 _LINE, _KIND = "inspected specimen", "batch"
 # Processor time that a specimen takes where none has been inspected yet [s].
@@ -139,6 +139,7 @@ def batch_in(
             expected_of(run.posterior, inspection.forward, inspection.force, seed),
             left_out,
             seed,
+            inspection.reasons,
         )
         _write(folder, found, run, files)
     return found
@@ -168,12 +169,7 @@ def inspection_of(
         As `template_of`.
     """
     lot = lot_of(posterior)
-    against = []
-    if verdict.colour != "green":
-        first = verdict.reasons[0]
-        more = f" (and {len(verdict.reasons) - 1} more)" if len(verdict.reasons) > 1 else ""
-        finding = f"the verdict on the calibration of the lot is {verdict.colour}: {first.finding}{more}"
-        against.append(Reason("lot", first.level, finding, first.action))
+    against = [replace(reason, gate="lot") for reason in verdict.reasons]
     force = specification.largest_force if specification is not None else _rounded(largest_force(posterior))
     template = template_of(lot, like)
     return Inspection(lot, posterior.sweeps, template, forward, specification, force, tuple(against), seed, chain_seconds)
@@ -376,6 +372,7 @@ def _write(folder: Path, found: Batch, run: Run, files: Path) -> None:
             "pooling": found.pooling,
             "like": found.like,
             "updated": False,
+            "verdict": found.of_lot.to_plain(),
         },
         "files": str(files.absolute()),
         "specification": None if found.specification is None else found.specification.to_plain(),
@@ -387,7 +384,10 @@ def _write(folder: Path, found: Batch, run: Run, files: Path) -> None:
         "trends": [{**asdict(t), "drifts": t.drifts, "in_words": t.in_words(DRIFTING[t.quantity])} for t in found.trends],
         "expected": {name: list(values) for name, values in found.expected.items()},
         "left_out": [{"file": file, "why": why} for file, why in found.left_out],
-        "specimens": [{**inspected_to_plain(row), "light": row.light, "decision": row.decision} for row in found.rows],
+        "specimens": [
+            {**inspected_to_plain(row), "light": row.light, "belongs": row.belongs, "decision": row.decision}
+            for row in found.rows
+        ],
         "written": {name: sha256_of(folder / name) for name in (TABLE, PAGE)},
     }
     write_text(folder / RECORD, record_to_text(_KIND, BATCH_VERSION, content))
@@ -405,20 +405,21 @@ def batch_csv(found: Batch) -> str:
     writer = csv.writer(text, lineterminator="\n")
     estimates = [f"{name}{end}" for name in _COLUMNS for end in ("", "_sd", "_05", "_95")]
     judged = ["probability_of_conformity", "probability_error", "consumers_risk", "producers_risk"]
-    heads = ["specimen", "light", "decision", *judged, *(f"outside: {limit}" for limit in limits), *estimates, "signal_at_N"]
+    lights = ["specimen", "light", "lot_light", "belongs", "decision"]
+    heads = [*lights, *judged, *(f"outside: {limit}" for limit in limits), *estimates, "signal_at_N"]
     strays = [f"{name}_z" for name in _COLUMNS[:5]]
     rest = ["fit_force_p", "fit_capacitance_p", "how", "k_hat", "effective_draws", "started", "reasons", "files"]
     writer.writerow([*heads, *strays, *rest])
     for row in found.rows:
         c = row.conformity if row.decision != "none" else None
-        values: list[object] = [_cell(row.name), row.light, row.decision]
+        values: list[object] = [_cell(row.name), row.light, found.of_lot.colour, row.belongs, row.decision]
         values += [None] * 4 if c is None else [c.probability, c.error, c.consumers_risk, c.producers_risk]
         values += [None if c is None else c.fails.get(limit) for limit in limits]
         values += [n for name in _COLUMNS for n in row.estimates.get(name, (None,) * 4)]
         z = {s.quantity: s.z for s in row.strangers}
         values += [row.force, *(z.get(name) for name in _COLUMNS[:5])]
         values += [row.fits.get("force"), row.fits.get("capacitance"), row.how, row.k_hat, row.effective, row.started]
-        values += [_cell("; ".join(f"{r.level}, {r.gate}: {r.finding}" for r in row.verdict.reasons))]
+        values += [_cell("; ".join(f"{r.level}, {r.gate}: {r.finding}" for r in row.own))]
         values += [_cell(" ".join(name for name, _ in row.files))]
         writer.writerow([_number(value) for value in values])
     return text.getvalue()

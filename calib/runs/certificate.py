@@ -72,7 +72,8 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
         certificate = certify(run.posterior, verdict, origin, now.isoformat(timespec="seconds"))
         texts = certificate_texts(run.folder, certificate, of_run, signed=key is not None)
         if key is not None:
-            said = f"timestamp:{now.timestamp():.0f} file:{CERTIFICATE} number:{certificate.number} verdict:{verdict.colour}"
+            colour = certificate.verdict.colour
+            said = f"timestamp:{now.timestamp():.0f} file:{CERTIFICATE} number:{certificate.number} verdict:{colour}"
             texts[SIGNATURE] = sign(texts[CERTIFICATE].encode(), key, said)
         listing = replace(listing, attrs={**listing.attrs, CERTIFIED: certificate.number})
         with writing(run.folder, listing, (*CERTIFICATES, *unlisted(run.folder, listing)), command):

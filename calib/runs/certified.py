@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from calib.checks import Colour, Verdict, verdict_from_plain
+from calib.checks import Colour, Verdict, verdict_from_plain, verdict_of
 from calib.errors import InputError
 from calib.files import sha256_of
 from calib.provenance import commit, platform_in_words, versions
@@ -19,6 +19,7 @@ from calib.records import exact_record_from_text
 from calib.report import (
     CERTIFICATE_FORMAT,
     CERTIFICATE_KINDS,
+    DAY_GATE,
     Certificate,
     CrateFile,
     Origin,
@@ -313,7 +314,8 @@ def _require_own_words(folder: Path, content: Mapping[str, Any], listing: Listin
     -------
     Name of a page, of the XML or of the crate -> what was found, of those that are not what comes of it.
     """
-    verdict = verdict_from_plain(content["verdict"])
+    said = verdict_from_plain(content["verdict"])
+    verdict = verdict_of(reason for reason in said.reasons if reason.gate != DAY_GATE)
     if not run.another_forward and _words(run.verdict) != _words(verdict):
         raise NotOfThisRunError("changed", "its verdict is not that of the run")
     if strange := _commands(content["commands"]) - _commands(asdict(command) for command in listing.commands):

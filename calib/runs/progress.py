@@ -140,8 +140,10 @@ class Teller:
         if p.ess > 0 and (not looks or (looks[-1].r_hat, looks[-1].ess) != (p.r_hat, p.ess)):
             looks = (*looks, ConvergenceLook(p.steps, p.r_hat, p.ess))
         left = p.seconds_left if math.isfinite(p.seconds_left) and p.seconds_left > 0 else None
-        names = (p.r_hat_parameter, p.ess_parameter)
-        self._write(LastProgress(p.stage, p.done, p.wanted, left, *names, p.target, looks, self.last.first))
+        # What one part of it does not know another has told: while it starts anew, of the run that it goes on with.
+        names = (p.r_hat_parameter or self.last.r_hat_parameter, p.ess_parameter or self.last.ess_parameter)
+        target = p.target or self.last.target
+        self._write(LastProgress(p.stage, p.done, p.wanted, left, *names, target, looks, self.last.first))
 
     def _write(self, new: LastProgress) -> None:
         if new != self.last:

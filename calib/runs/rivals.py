@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from calib.checks import ComparedModel, compare_runs, comparison_in_words, doubts
+from calib.checks import BEYOND_DOUBT, ComparedModel, Standing, compare_runs, comparison_in_words, doubts, standings
 from calib.errors import InputError
 from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
@@ -37,12 +37,14 @@ class Forecast:
     finished : of those that are finished in the folder already, and taken as they are.
     seconds : between which times [s] it will probably take here; None where that cannot be said.
     most : [s], that all of them may read and sample.
+    ruled_out : how those stand that are not calibrated, as the data rule them out beyond doubt.
     """
 
     names: tuple[str, ...]
     finished: tuple[str, ...]
     seconds: tuple[float, float] | None
     most: float
+    ruled_out: tuple[Standing, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,16 +56,21 @@ class Rivalry:
     candidates : the models that were calibrated, best first.
     failed : name of a model that could not be -> why.
     average : over those that were; None if there is one alone, or it could not be made.
+    ruled_out : how those stand that were not calibrated, as the data rule them out beyond doubt.
     """
 
     candidates: tuple[ComparedModel, ...]
     failed: Mapping[str, str]
     average: Run | None = None
+    ruled_out: tuple[Standing, ...] = ()
 
     @property
     def in_words(self) -> str:
-        """Which of the models predict the data best, in a sentence or two."""
-        return comparison_in_words(self.candidates)
+        """Which of the models predict the data best, and which are ruled out, in a sentence or two."""
+        said = comparison_in_words(self.candidates)
+        if not self.ruled_out:
+            return said
+        return f"{said} Ruled out by first answers, and not calibrated: {'; '.join(s.in_words for s in self.ruled_out)}."
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -80,13 +87,16 @@ def calibrate_rivals(
     processes: int | None = None,
     command: str = "",
     planned: Callable[[Forecast], None] | None = None,
+    looking: Callable[[Variant, int, int], None] = lambda *_: None,
     watch: Callable[[Variant, int, int], AbstractContextManager[Watch]] = lambda *_: nullcontext(Watch()),
     stages: Stages = _USUAL,
 ) -> Rivalry:
     """Calibrate every model that the data of an experiment should be held against, compare them, and average them.
 
-    Each has a run folder of its own, like any other, in `folder`, and so has the average (`average`). Those that have converged
-    are not calibrated again, those that were stopped go on.
+    First each is held against the data by its first answer: the likely ones are calibrated first, and what is ruled out
+    beyond doubt (`calib.checks.standings`) not at all, unless they are finished already. Each has a run folder of its own, like
+    any other, in `folder`, and so has the average (`average`). Those that have converged are not calibrated again, those that
+    were stopped go on.
 
     Parameters
     ----------
@@ -97,6 +107,7 @@ def calibrate_rivals(
     processes : worker processes; None for the number of processors, at most 4, and 0 for none.
     command : the command line, kept with each posterior.
     planned : told what is to be calibrated and how long it will take, before anything is; None to work that out for nobody.
+    looking : told each model before its first answer, with its number and how many there are.
     watch : gives the watch of the calibration of a variant, which is told its number and how many there are.
     stages : what is done in each, one after the other.
 
@@ -116,8 +127,14 @@ def calibrate_rivals(
     runs: dict[str, Run] = {}
     failed: dict[str, str] = {}
     finished = {variant.name: _finished(variant.of(plan), folder / variant.name, seed) for variant in variants}
+    ruled_out: tuple[Standing, ...] = ()
+    if any(run is None for run in finished.values()):
+        standing = standings(problem_of(plan, None), variants, looking)
+        ruled_out = tuple(s for s in standing if s.ruled_out and finished[s.variant.name] is None)
+        variants = tuple(s.variant for s in standing if s not in ruled_out)
     if planned is not None:
-        planned(_forecast(plan, [v for v in variants if finished[v.name] is None], finished, seconds, processes))
+        left = [v for v in variants if finished[v.name] is None]
+        planned(_forecast(plan, left, finished, seconds, processes, ruled_out))
     for k, variant in enumerate(variants, 1):
         own = folder / variant.name
         run = finished[variant.name]
@@ -142,7 +159,7 @@ def calibrate_rivals(
                         anyway=True,  # what is implausible stays in the verdict of each of them
                     )
             except (InputError, NothingSampled) as error:
-                if not variant.changes:
+                if not variant.changes or len(variants) == 1:
                     raise
                 failed[variant.name] = error.faults[0].message if isinstance(error, InputError) else str(error)
                 continue
@@ -157,15 +174,27 @@ def calibrate_rivals(
         )
         if page_error is not None:
             failed["the page of the average"] = str(page_error)
-    rivalry = Rivalry(candidates, failed, average)
+    rivalry = Rivalry(candidates, failed, average, ruled_out)
     rows = [{"name": c.name, "model": c.model, "behind": c.behind, "error": c.error} for c in rivalry.candidates]
-    content = {"said": rivalry.in_words, "doubts": list(rivalry.doubts), "candidates": rows}
+    out = [{"name": s.variant.name, "model": s.model, "log_bayes": s.log_bayes, "against": s.foremost} for s in ruled_out]
+    content = {
+        "said": rivalry.in_words,
+        "doubts": list(rivalry.doubts),
+        "candidates": rows,
+        "ruled_out": out,
+        "beyond_doubt": -BEYOND_DOUBT,
+    }
     write_text(folder / COMPARISON, record_to_text("comparison", 1, content))
     return rivalry
 
 
 def _forecast(
-    plan: Experiment, left: Sequence[Variant], finished: Mapping[str, Run | None], seconds: float, processes: int | None
+    plan: Experiment,
+    left: Sequence[Variant],
+    finished: Mapping[str, Run | None],
+    seconds: float,
+    processes: int | None,
+    ruled_out: tuple[Standing, ...],
 ) -> Forecast:
     """How long the calibrations that are left will take; one that cannot be made takes no time."""
     problems = []
@@ -176,7 +205,8 @@ def _forecast(
             if not variant.changes:
                 raise
     done = tuple(name for name, run in finished.items() if run is not None)
-    return Forecast(tuple(variant.name for variant in left), done, seconds_of(problems, processes), seconds * len(left))
+    names = tuple(variant.name for variant in left)
+    return Forecast(names, done, seconds_of(problems, processes), seconds * len(left), ruled_out)
 
 
 def _finished(plan: Experiment, folder: Path, seed: int) -> Run | None:

@@ -112,7 +112,7 @@ def look_at(problem: Problem, near: Mapping[str, float] | None = None, floor: fl
     Raises
     ------
     ValueError
-        If every unknown is fixed, or there are more than a hundred.
+        If every unknown is fixed, there are more than a hundred, or the forward model covers nothing near the mode.
     """
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to estimate")
@@ -136,6 +136,8 @@ def look_at(problem: Problem, near: Mapping[str, float] | None = None, floor: fl
         more = density.draw(random, at_once)
         x = np.concatenate([x, more])
         log_ratio = np.concatenate([log_ratio, space.log_density(more) - density.log_density(more)])
+        if not np.any(np.isfinite(log_ratio)):
+            raise ValueError("there is no first answer: the forward model covers nothing near the mode")
         weight = importance_weights(log_ratio)
         effective = 1 / float(np.sum(weight**2))
     theta, _ = space.to_theta(x)

@@ -9,21 +9,25 @@ from calib.checks.plausible.judgement import (
     plausibility,
     ways_out,
 )
-from calib.checks.plausible.outlook import Outlook, Ridge, UnknownOutlook
+from calib.checks.plausible.outlook import TARE, Outlook, Ridge, Tare, UnknownOutlook, tare_from_text, tare_to_text
 from calib.checks.plausible.ranges import Range
 from calib.checks.plausible.slips import scaled
 
 __all__ = [
     "FILES",
+    "TARE",
     "Outlook",
     "Plausibility",
     "Range",
     "Ridge",
+    "Tare",
     "UnknownOutlook",
     "expected_in_words",
     "in_units",
     "measured_in_words",
     "plausibility",
     "scaled",
+    "tare_from_text",
+    "tare_to_text",
     "ways_out",
 ]

@@ -29,7 +29,7 @@ from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, fa
 from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, model_in_words, variants_of
+from calib.experiment import Experiment, line_of_variant, model_in_words, variants_of
 from calib.lab import Sweep, check_name
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
@@ -331,14 +331,15 @@ def _of_models(look: Look, level: Level) -> Iterator[Reason]:
     """A reason for the model under which the data are by far most probable, if it is not the one that is stated."""
     problem = look.problem
     near = values_near(dict(zip(problem.names, (look.weight @ columns_at(problem, look.theta)).tolist(), strict=True)))
-    best, found = look.log_evidence + PREFERRED, None
-    for variant in variants_of(problem.experiment)[1:]:
+    best, found, found_as = look.log_evidence + PREFERRED, None, 0
+    variants = variants_of(problem.experiment)
+    for number, variant in enumerate(variants[1:], 1):
         try:
             other = look_at(problem_under(problem, variant), near, best)
         except (InputError, ValueError):
             continue
         if other.confirmed and other.log_evidence > best and not conflicts_in(other).wrong:
-            best, found = other.log_evidence, other
+            best, found, found_as = other.log_evidence, other, number
     if found is not None:
         gain = (best - look.log_evidence) / math.log(10)
         own, other_model = (model_in_words(p.experiment).split(", ") for p in (problem, found.problem))
@@ -347,7 +348,9 @@ def _of_models(look: Look, level: Level) -> Iterator[Reason]:
         values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"
-        question = "Look whether the sensor is of that kind; `calib compare` calibrates every model that there is"
+        line = line_of_variant(problem.experiment, variants[found_as])
+        question = "Look whether the sensor is of that kind" + (f", and if it is set {line}" if line else "")
+        question += "; `calib compare` calibrates every model that is not ruled out beyond doubt"
         yield Reason("model", level, finding, question)
 
 
@@ -383,6 +386,11 @@ def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, P
             yield slip, other
 
 
+def _are_one(slip: Slip, other: Slip) -> bool:
+    """Whether two slips exchange files of the same two specimens: one question, whichever files it is told by."""
+    return bool(slip.exchange[0]) and slip.exchange[0] == other.exchange[0]
+
+
 def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[Reason]:
     """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
     stated = log_evidence_at(look.space, look.mode)
@@ -401,8 +409,12 @@ def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) 
                 found.append((gain, slip, values_at(other, theta)))
     found.sort(key=lambda f: -f[0])
     reasons = []
-    for gain, slip, values in found[:_MOST_SLIPS]:
-        finding = f"with {slip.without} the data would be 10^{gain / math.log(10):.0f} times as probable"
+    told = [f for k, f in enumerate(found) if not any(_are_one(f[1], before) for _, before, _ in found[:k])]
+    for gain, slip, values in told[:_MOST_SLIPS]:
+        others = [(g, other.exchange[1]) for g, other, _ in found if other is not slip and _are_one(slip, other)]
+        ways = [f"their {what} files instead: 10^{g / math.log(10):.0f} times" for g, what in others]
+        same = f" (or {', or '.join(ways)})" if ways else ""
+        finding = f"with {slip.without}{same} the data would be 10^{gain / math.log(10):.0f} times as probable"
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
         reasons.append(Reason(slip.gate, "red" if gain > DECISIVE else level, finding, slip.question))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -15,6 +16,8 @@ from calib.problem import build_problem, columns_at, of_lot, values_of_lot
 from calib.sampling import Look, answer_of, first_answer
 from models.sensor import FloatArray
 
+#: Attribute of a posterior that keeps what a load cell that is balanced anew would do, as `tare_to_text` writes it.
+TARE = "load balanced anew at the touch"
 #: Correlation from which on two unknowns are said to be on a ridge.
 RIDGE = 0.6
 # Ridges that are told at most, and specimens with which what a tare would do is said, as that takes another first answer.
@@ -106,6 +109,17 @@ class Tare:
             f"({self.step * 1e3:.2g} mN), {self.name} moves by {abs(self.shift):.2g} of its standard deviations, and nothing "
             f"shows it; where the machine may do so, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors]"
         )
+
+
+def tare_to_text(tare: Tare) -> str:
+    """What a balance at the touch would do as a text that is kept with draws; the inverse is `tare_from_text`."""
+    return json.dumps({"step": tare.step, "name": str(tare.name), "shift": tare.shift})
+
+
+def tare_from_text(text: str) -> Tare:
+    """What `tare_to_text` wrote."""
+    plain = json.loads(text)
+    return Tare(plain["step"], UnknownName.parse(plain["name"]), plain["shift"])
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,8 @@ class Slip:
     experiment, sweeps : without the slip.
     same_data : whether the readings are the same numbers, so that the evidences of both problems can be compared.
     hidden : whether the data may look sound with it, other unknowns taking its place: such a slip is always looked for.
+    exchange : of which two presses files are exchanged, and which files: to exchange the force files of two specimens, or their
+        capacitance files, is one exchange, but for which of the two is called which.
     """
 
     gate: str
@@ -54,6 +56,7 @@ class Slip:
     sweeps: tuple[Sweep, ...]
     same_data: bool = True
     hidden: bool = False
+    exchange: tuple[str, str] = ("", "")
 
 
 def slips_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> Iterator[Slip]:
@@ -165,7 +168,9 @@ def _mixed_up(experiment: Experiment, sweeps: tuple[Sweep, ...]) -> Iterator[Sli
             exchanged[places[other.title]] = _with_channels_of(other, one, names)
             what = " and ".join(names)
             said = f"the {what} files of {one.specimen} and {other.specimen} exchanged"
-            yield Slip("files", said, "Look which file is of which specimen", experiment, tuple(exchanged))
+            of_both = (f"{one.title}, {other.title}", what)
+            question = "Look which file is of which specimen"
+            yield Slip("files", said, question, experiment, tuple(exchanged), exchange=of_both)
 
 
 def _with_channels_of(sweep: Sweep, other: Sweep, names: Sequence[str]) -> Sweep:

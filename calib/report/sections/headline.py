@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
-from calib.checks import LEARNED, Colour, Reason, passed_gates
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, spread_of
+from calib.checks import LEARNED, TARE, Colour, Reason, passed_gates, tare_from_text
 from calib.decision import largest_force, percent, void_in_words
 from calib.enumeration import first_of
 from calib.experiment import model_in_words
@@ -26,6 +26,9 @@ _ROOM, _LINE, _CARDS = 104.0, 4.2, 22.0
 _ACROSS, _COLUMN, _ABREAST = 105, 34, 4
 # Letters of a line of what a verdict allows, which is larger; one of them is in the frame.
 _STATUS = 72
+
+# What would move a headline by no more than this, in its standard deviations, and shows in nothing is left to the check.
+_UNSEEN = 1.0
 
 _NO_RESULT = (
     "There are no results. What the draws say of modulus and thicknesses is struck through here and in the tables, where it "
@@ -53,7 +56,8 @@ def section(results: Results) -> Section:
         more = []
         advice, advised = void_in_words(verdict), "red"
         advice_status = status_in_words(verdict, "the advice")
-    texts = (sentences, *advice.splitlines())
+    unseen = not_seen(results)
+    texts = (sentences, unseen, *advice.splitlines())
     height = _height([*verdict.reasons, *more], texts, len(cards) + (recommendation is not None))
     height += sum(max(_lines(text, _STATUS) - 1, 0) for text in (status, advice_status)) * _LINE
     context = {
@@ -63,6 +67,7 @@ def section(results: Results) -> Section:
         "status": status,
         "passed": passed_gates(posterior, verdict),
         "sentences": sentences,
+        "unseen": unseen,
         "advice": advice,
         "recommendation": recommendation,
         "advice_status": advice_status,
@@ -79,6 +84,26 @@ def section(results: Results) -> Section:
         "one_sheet": height <= _ROOM,
     }
     return Section("verdict", "", "", "headline.html.j2", context)
+
+
+def not_seen(results: Results) -> str:
+    """What would move a modulus most and shows in nothing, with what would show it; "" for less than a standard deviation.
+
+    Parameters
+    ----------
+    results : of a calibration; of an average, where it does most. Nothing is said where there are no results.
+    """
+    of_models = [m.posterior for m in results.members] or [results.posterior]
+    kept = [tare_from_text(p.attrs[TARE]) for p in of_models if TARE in p.attrs] if not results.void else []
+    most = max(kept, key=lambda tare: abs(tare.shift), default=None)
+    if most is None or abs(most.shift) <= _UNSEEN:
+        return ""
+    label, step, example = QUANTITIES[most.name.parameter].label, f"{most.step * 1e3:.2g} mN", UNKNOWNS["load_step"].example
+    return (
+        f"a load cell balanced anew at the touch of every press, by the noise of one reading ({step}), would shift {label} by "
+        f"{abs(most.shift):.1f} of its standard deviations, and nothing shows it. To see it compare the load at rest before "
+        f"and after a press; where the machine may do so give load_step = {example} in [specimens.priors]."
+    )
 
 
 def _height(reasons: Sequence[Reason], texts: Sequence[str], n_card: int) -> float:

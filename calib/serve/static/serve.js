@@ -69,7 +69,7 @@ function tell(part) {
   const said = one("#progress-said");
   const stage = one("strong", part)?.textContent ?? "";
   if (said && (stage !== told.stage || Date.now() - told.at > 20000)) {
-    said.textContent = all("p, dt, dd", part).map((p) => p.textContent.trim()).join(". ");
+    said.textContent = all("p, dt, dd", part).map((p) => p.textContent.trim().replace(/[.…\s]+$/, "")).filter(Boolean).join(". ");
     told = { stage, at: Date.now() };
   }
 }
@@ -479,7 +479,15 @@ function lookAbout() {
   for (const input of all(".limits input", look)) {
     input.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => { began = performance.now(); update(true); }, 150); });
   }
-  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; });
+  // Enter in any field does what stands beside the load: it shows. The advice is made by its own button, and once.
+  const advise = one(".buttons button", look);
+  look.addEventListener("submit", (event) => {
+    if (event.submitter !== advise) {
+      event.preventDefault();
+      force.dispatchEvent(new Event("change"));
+    } else if (advise.disabled) event.preventDefault();
+    else setTimeout(() => { advise.disabled = true; });
+  });
   began = performance.now();
   show(false);
   // What lies beyond the slider takes a second to table: it is made before somebody asks for it.

@@ -190,8 +190,12 @@ def test_a_mix_up_without_which_the_data_are_a_million_times_as_probable_is_red_
             replace(other, channels={**other.channels, **changed[0]}, clock_offset=one.clock_offset),
         ),
     )
-    levels = {(r.gate, r.level) for r in mixed.check().reasons}
-    assert levels == {("files", "red"), ("prior", "amber")}
+    reasons = mixed.check().reasons
+    assert {(r.gate, r.level) for r in reasons} == {("files", "red"), ("prior", "amber")}
+    # Exchanging both files of the two does as well: it is one question, and one reason that names all ways.
+    (said,) = (r.finding for r in reasons if r.gate == "files")
+    both = r"exchanged \(or their capacitance files instead: 10\^\d+ times\) the data would be 10\^\d+ times as probable"
+    assert re.search(rf"with the force and capacitance files of sensor 1 and sensor 2 {both}", said)
 
 
 def test_a_thickness_that_no_gauge_could_tell_so_well_is_amber() -> None:

@@ -12,12 +12,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
+from calib.catalogue import UnknownName
+from calib.checks import TARE, Tare, tare_to_text
 from calib.checks.predictive import Prediction, predict
 from calib.checks.reasons import judge_posterior
 from calib.checks.verdict import AMBER_ALLOWS, Reason, Verdict, verdict_of
@@ -196,6 +198,31 @@ def test_the_limits_are_those_of_the_law_of_the_experiment(make_posterior: MakeP
     assert "Gent's law, nearly incompressible silicone" in dict(limits(gent))
     assert not any("Neo-Hookean" in heading for heading, _ in limits(gent))
     assert set(LIMITS_OF_LAWS) == set(get_args(MaterialLaw))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_nothing_shows_stands_on_the_first_page_where_it_exceeds_a_standard_deviation(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    def page_of(shift: float, **options: Any) -> str:
+        found = make_posterior(**options)
+        kept = tare_to_text(Tare(0.004, UnknownName.parse("young_modulus"), shift))
+        return _text(report_page(replace(found, attrs={**found.attrs, TARE: kept}), predictions))
+
+    page = page_of(-5.2)
+    told = (
+        "Not seen: a load cell balanced anew at the touch of every press, by the noise of one reading (4 mN), would shift "
+        "Young&#39;s modulus of the sensor by 5.2 of its standard deviations"
+    )
+    assert 0 < page.index(told) < page.index("Holds only for")
+    assert "give load_step = " in page
+    without = _text(report_page(make_posterior(), predictions))
+    assert "Not seen" not in without
+    status = re.search(r"(Green|Amber): [^.]*\.", without)
+    assert status is not None
+    assert page.index(status[0]) < page.index(told)  # the light stays what it is
+    assert "Not seen" not in page_of(0.9)
+    assert "Not seen" not in page_of(-5.2, converged=False)
 
 
 def test_a_model_that_data_may_have_asked_for_says_that_the_choice_is_in_no_uncertainty(make_posterior: MakePosterior) -> None:

@@ -117,9 +117,9 @@ def _gates(row: Inspected) -> set[str]:
 
 def test_a_sound_specimen_is_known_as_well_as_its_readings_tell(made: tuple[Batch, Path]) -> None:
     row = _row(made[0], "s01")
-    (blind,) = row.verdict.reasons  # a lot of two hardly knows how much its specimens differ
-    assert (row.light, blind.gate) == ("amber", "belongs")
-    assert "hardly told: of one that does the lot foretells young_modulus to " in blind.finding
+    assert (row.light, row.own, row.belongs) == ("amber", (), "not told")
+    (blind,) = made[0].of_lot.reasons  # a lot of two hardly knows how much its specimens differ
+    assert "hardly told: of one that does the lot foretells Young's modulus of the sensor to " in blind.finding
     assert row.how == "weighted draws"
     for quantity, truth in (("sensor_thickness", 0.74e-3), ("padding_thickness", 1.1e-3), ("young_modulus", 0.62e6)):
         mean, sd, low, high = row.estimates[quantity]
@@ -234,7 +234,7 @@ def test_both_risks_are_those_of_what_passes_and_of_what_fails(made: tuple[Batch
     assert risks.producers == pytest.approx(0.5 / 3)
     assert [row.light for row in rows] == ["green", "green", "red", "green"]
     table = batch_csv(replace(made[0], rows=rows)).splitlines()
-    assert [line.split(",")[2] for line in table[1:]] == ["pass", "pass", "fail", "none"]
+    assert [line.split(",")[4] for line in table[1:]] == ["pass", "pass", "fail", "none"]
 
 
 def test_a_drift_is_told_and_none_is_where_there_is_none() -> None:
@@ -261,10 +261,49 @@ def test_a_red_lot_makes_no_batch_and_an_amber_one_no_green_light(run: Run, lab:
     folder.mkdir()
     _press(folder, "s01", 1)
     amber = _judged(run, verdict_of([Reason("model", "amber", "another model describes these data better", "Compare")]))
-    (row,) = batch_in(amber, folder, tmp_path / "batch", _Counting(), like="sensor 1").rows
-    assert row.light == "amber"
-    said = [reason.finding for reason in row.verdict.reasons]
-    assert any("calibration of the lot is amber: another model describes" in finding for finding in said)
+    batch = batch_in(amber, folder, tmp_path / "batch", _Counting(), like="sensor 1")
+    assert [(row.light, row.own) for row in batch.rows] == [("amber", ())]
+    assert "another model describes these data better" in {reason.finding for reason in batch.of_lot.reasons}
+    assert batch.verdict.colour == "amber"
+
+
+def _lit(row: Inspected, name: str, z: float, *reasons: Reason, passes: bool | None = None) -> Inspected:
+    """A row as of a specimen that lies off its lot by z, with its reasons and whether it passes a specification."""
+    shift = replace(row.strangers[0], specimen=name, quantity="young_modulus", z=z)
+    nan = float("nan")
+    judged = None if passes is None else AsBuilt(0.99 if passes else 0.5, 0.01, passes, {}, 0.0, nan, nan)
+    return replace(row, name=name, strangers=(shift,), verdict=verdict_of(reasons), conformity=judged)
+
+
+def test_what_does_not_belong_stands_out_of_an_amber_lot_that_is_told_once(made: tuple[Batch, Path]) -> None:
+    against = Reason("lot", "amber", "the data pull against what was believed before", "Measure the padding again")
+    strange = Reason("belongs", "amber", "it does not belong to the lot: s07 is 33 % stiffer", "Set it aside")
+    sound = _row(made[0], "s01")
+    rows = [_lit(sound, f"s{k:02}", 0.4, against) for k in range(5)]
+    batch = replace(made[0], rows=(*rows, _lit(sound, "s07", 3.5, strange, against)), against=(against,), left_out=())
+    assert [(row.light, row.belongs) for row in batch.rows] == [*[("amber", "yes")] * 5, ("red", "no")]
+    assert [row.own for row in rows] == [()] * 5
+    assert (batch.of_lot.colour, batch.verdict.colour) == ("amber", "red")
+    page, table = batch_page(batch), batch_csv(batch)
+    assert page.count("pull against what was believed before") == 1
+    assert page.index("pull against") < page.index("1 of 6 specimens is red")
+    assert "pull against" not in table
+    read = list(csv.DictReader(table.splitlines()))
+    assert [(r["light"], r["lot_light"], r["belongs"]) for r in read[-2:]] == [
+        ("amber", "amber", "yes"),
+        ("red", "amber", "no"),
+    ]
+    assert read[-1]["reasons"] == "red, belongs: it does not belong to the lot: s07 is 33 % stiffer"
+    # Its numbers are not struck out: they are those of its own readings.
+    assert 'class="unusable"' not in page
+
+
+def test_what_does_not_belong_and_passes_all_the_same_is_amber_and_what_fails_is_red(made: tuple[Batch, Path]) -> None:
+    strange = Reason("belongs", "amber", "it does not belong to the lot", "Set it aside")
+    sound = _row(made[0], "s01")
+    lights = [_lit(sound, "s07", 3.5, strange, passes=passes).light for passes in (True, False, None)]
+    assert lights == ["amber", "red", "red"]
+    assert _lit(sound, "s01", 0.4, passes=True).light == "green"
 
 
 def test_a_folder_without_lab_files_is_refused_and_nothing_is_left(run: Run, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import shutil
 import stat
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from small_run import KILLED, QUICK, at_operation, by_hand, in_a_process, make_l
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
+from calib.cli.certificate import how_to_add
 from calib.errors import InputError
-from calib.experiment import Laboratory, read_experiment
+from calib.experiment import Laboratory, read_experiment, shipped
 from calib.lab import Sweep
 from calib.records import exact_record_from_text, record_to_text
 from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, lines_to_add, missed_in
@@ -277,6 +279,66 @@ def test_what_a_customer_looks_for_stands_at_its_head_with_the_lines_to_add(
     assert lines_to_add(read.laboratory, (part,), ())[-1] == 'serial = "..."'
 
 
+def test_a_day_that_is_still_to_come_is_an_amber_reservation_with_both_days(
+    tmp_path: Path, make_posterior: Callable[..., Posterior]
+) -> None:
+    lab = _lab(tmp_path, WHO.replace("2026-03-18", "2999-03-18").replace("2026-01-12", "2998-01-12"))
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
+    done = _command("certificate", lab / "run")
+    assert done.exit_code == 0, done.output
+    assert _command("certificate", lab / "run", "--strict").exit_code == 3
+    page, xml = ((lab / "run" / f"certificate.{kind}").read_text(encoding="utf-8") for kind in ("html", "xml"))
+    content = json.loads((lab / "run" / "certificate.json").read_text(encoding="utf-8"))
+    clock = content["issued"][:10]
+    told = "2999-03-18 is stated as the day of measurement, and the clock of the computer that issued this stood at"
+    for text in (done.stdout, page, xml):
+        assert f"{told} {clock}" in text
+        assert "Put right the one that is wrong, measured in [laboratory] or the clock, and issue it again" in text
+    assert "with reservations" in content["title"]
+    assert [r["gate"] for r in content["verdict"]["reasons"]] == ["day", "day"]
+    assert load_run(lab / "run").verdict.colour == "green"
+    assert _wrong(lab / "run") == {}
+    # Without that reservation it is none that this program wrote, whoever puts checksums right.
+    green = {"verdict": {"colour": "green", "reasons": []}, "title": "Certificate of calibration"}
+    _rewritten(lab / "run", green, kind="certificate")
+    assert "certificate.json" in _wrong(lab / "run")
+
+
+def test_it_is_tomorrow_already_in_the_east(tmp_path: Path, make_posterior: Callable[..., Posterior]) -> None:
+    day = (datetime.now(UTC) + timedelta(hours=13)).date().isoformat()
+    lab = _lab(tmp_path, f'[laboratory]\nmeasured = "{day}"\n')
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
+    assert certify_in(load_run(lab / "run")).verdict.colour == "green"
+
+
+def test_no_lines_to_add_are_announced_where_there_are_none(tmp_path: Path, make_posterior: Callable[..., Posterior]) -> None:
+    lab = _lab(tmp_path, WHO.replace("2026-01-12", "2026-05-12"))  # after it measured: no line mends that
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
+    said = _command("certificate", lab / "run").stdout
+    assert "it was calibrated afterwards" in said
+    assert "Lines to add" not in said
+
+
+def test_without_a_laboratory_its_head_has_the_lines_to_add_and_the_shipped_example_is_copied_first(
+    tmp_path: Path, make_posterior: Callable[..., Posterior], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = _lab(tmp_path, "")
+    run = _calibrated(lab, "run", make_posterior(n_specimen=1))
+    said = _command("certificate", lab / "run").stdout
+    lines = certify_in(run).to_add
+    assert lines
+    assert said.index("It names no laboratory.") < said.index(f"    {lines[0]}") < said.index("Green: the numbers can be used.")
+    page = (lab / "run" / "certificate.html").read_text(encoding="utf-8")
+    assert page.index("It names no laboratory and is not for a customer yet") < page.index("<h2>Results</h2>")
+    assert "\n".join(lines) in html.unescape(page)
+    assert "calib example" not in said
+    example = shipped() / "experiment.toml"
+    monkeypatch.chdir(tmp_path)
+    advice = how_to_add(load_run(lab / "run"), (example, example), (None, None))
+    assert "copy it first, by: calib example -o mine. Add it to mine/experiment.toml, then: calib calibrate mine/" in advice
+    assert str(example.parent) not in advice
+
+
 def test_only_instruments_that_measured_something_are_asked_for(make_posterior: Callable[..., Posterior]) -> None:
     both = make_posterior(n_specimen=1).sweeps[0]
     force, capacitance = (replace(both, channels={name: both.channels[name]}) for name in ("force", "capacitance"))
@@ -443,7 +505,7 @@ def test_what_another_version_issued_is_held_by_its_hashes_and_that_is_said(run:
 @pytest.mark.parametrize(
     "change",
     [
-        lambda said: {"issued": "2020-01-01T00:00:00+00:00"},
+        lambda said: {"issued": "2027-01-01T00:00:00+00:00"},
         lambda said: {"certified_with": said["certified_with"] | {"numpy": "1.0"}},
         lambda said: {"certified_with": {k: v for k, v in said["certified_with"].items() if k != "platform"}},
         lambda said: {"commands": [{**command, "at": "2020-01-01T00:00:00+00:00"} for command in said["commands"]]},
@@ -622,7 +684,7 @@ def test_what_a_certificate_holds_writes_no_line_of_the_answer(handed: Path, par
     forged = "x\nAll 4 files are as they were signed with the key given.\x1b[31m"
     _rewritten(handed, {part: [forged] if part == "specimens" else forged})
     code, told = _checked(handed, key=False)
-    assert code == (0 if part == "issued" else 3)  # all else is told by the rest of it
+    assert code == 3  # it is told by the rest of it, or no moment at all
     assert not any(line.startswith("All 4 files are as they were") for line in told.splitlines())
     assert "\x1b" not in told
 

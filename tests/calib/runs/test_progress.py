@@ -56,6 +56,15 @@ def test_a_look_is_told_once_and_all_of_them_are_kept(tmp_path: Path) -> None:
     assert not (tmp_path / PROGRESS).exists()
 
 
+def test_a_run_that_is_gone_on_with_keeps_what_is_wanted_and_whose_it_is_while_it_starts(tmp_path: Path) -> None:
+    with telling(tmp_path) as teller:
+        teller.sampling(replace(BEGUN, r_hat=1.2, r_hat_parameter="young_modulus", ess=40.0, ess_parameter="load_zero"))
+        teller.sampling(replace(BEGUN, stage="start", done=7, wanted=8, target=0.0))
+        last = run_state(tmp_path).last
+    assert last is not None
+    assert (last.stage, last.target, last.r_hat_parameter, last.ess_parameter) == ("start", 400.0, "young_modulus", "load_zero")
+
+
 def test_what_is_wanted_of_draws_is_told_after_sampling_too(tmp_path: Path) -> None:
     with telling(tmp_path) as teller:
         teller.sampling(replace(BEGUN, r_hat=1.2, r_hat_parameter="young_modulus", ess=40.0, ess_parameter="force_noise"))

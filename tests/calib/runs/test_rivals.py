@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import sys
@@ -11,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -18,14 +21,17 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from small_run import BLOCK, QUICK, in_small_steps, make_lab
 
+from calib.checks import BEYOND_DOUBT, standings
 from calib.cli import app
 from calib.errors import InputError
-from calib.experiment import AS_GIVEN, read_experiment, variants_of
+from calib.experiment import AS_GIVEN, candidates_of, read_experiment, variants_of
 from calib.priors import Fixed
 from calib.problem import Problem
 from calib.runs import Watch, calibrate_rivals, load_run, verify
+from calib.runs.preview import problem_of
 from calib.sampling import Posterior, load_posterior, sample
-from models.surrogate import FAMILIES, is_shipped
+from models.sensor import design_from
+from models.surrogate import FAMILIES, is_shipped, load_surrogate
 
 
 def _sampled(problem: Problem, **options: Any) -> Posterior:
@@ -59,13 +65,13 @@ def test_each_model_has_a_run_of_its_own_that_differs_in_one_choice(compared: tu
 
 def test_it_is_said_how_long_it_will_take_before_anything_is_sampled(compared: tuple[Path, str], tmp_path: Path) -> None:
     lab, said = compared
-    forecast, _, rest = said.partition("To calibrate: 2 models (as-given, own-padding), one after the other; ")[2].partition(
-        "."
-    )
+    models, _, rest = said.partition("To calibrate: 2 models (")[2].partition("), one after the other; ")
+    assert sorted(models.split(", ")) == ["as-given", "own-padding"]
+    forecast, _, rest = rest.partition(".")
     time = r"([\d.]+ (?:s|min|h))"
     ((low, high),) = re.findall(rf"^{time} to {time} on this machine if nothing else runs on it, at most 20 min", forecast)
     assert low != high
-    assert said.index("To calibrate") < said.index("as-given (1 of 2)")
+    assert said.index("first answer of as-given (1 of 2)") < said.index("To calibrate") < said.rindex("(1 of 2)")
     assert "Ctrl-C keeps what is done" in rest
     # What is finished is not counted again.
     shutil.copytree(lab, tmp_path / "lab")
@@ -79,6 +85,60 @@ def test_it_is_said_how_long_it_will_take_before_anything_is_sampled(compared: t
     run = load_run(lab / "models" / "as-given")
     done = run.posterior.diagnostics.converged
     assert ("Finished already, taken as they are: as-given" in told) is done
+
+
+def _slippery_lab(folder: Path) -> Path:
+    """The lab of a sensor whose base slips, and that the experiment takes for glued."""
+    make_lab(folder)
+    values = {"young_modulus": 0.9e6, "sensor_thickness": 0.74e-3, "padding_thickness": 1.1e-3, "relative_permittivity": 2.8}
+    depth, rng = np.linspace(-0.05e-3, 0.6e-3, 120), np.random.default_rng(7)
+    design = design_from({**values, "indenter_radius": 5e-3, "sensor_radius": 10e-3}, base="slippery")
+    force = load_surrogate(family=FAMILIES["slippery"]).respond(design, depth).force + rng.normal(0, 0.01, depth.size)
+    table = pd.DataFrame({"Displacement (mm)": 1e3 * depth + 0.05, "Force (N)": force})
+    table.to_csv(folder / "force.csv", index=False, float_format="%.6f")
+    text = (folder / "experiment.toml").read_text(encoding="utf-8").replace('model = "closed form"', 'base = "bonded"')
+    text = 'candidates = ["slippery"]\n' + text.lstrip()
+    (folder / "experiment.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_what_first_answers_rule_out_beyond_doubt_is_named_with_its_factor_and_not_sampled(tmp_path: Path) -> None:
+    lab = _slippery_lab(tmp_path)
+    command = ["compare", str(lab / "experiment.toml"), "-o", str(lab / "models"), "--processes", "0"]
+    result = CliRunner().invoke(app, command, obj=STAGES, env={"COLUMNS": "300"})
+    said = " ".join(result.output.split())
+    assert (
+        said.index("Reading;")
+        < said.index("first answer of as-given (1 of 2)")
+        < said.index("To calibrate: 1 model (slippery)")
+    )
+    ruled_out = re.search(
+        r"Ruled out beyond doubt, and not calibrated: as-given \(.*?bonded base.*?data are 10\^(\d+) times", said
+    )
+    assert ruled_out is not None
+    assert int(ruled_out[1]) > BEYOND_DOUBT / math.log(10)
+    # In the table, too, whose cells are broken where they are narrow.
+    assert re.search(rf"as-given +neo-Hookean, +ruled out, 1 : .*?10\^{ruled_out[1]} ", said.replace("\n", " ")), result.output
+    assert "slippery surrogate) is the one model that was calibrated" in said
+    assert sorted(path.name for path in (lab / "models").iterdir()) == ["comparison.json", "slippery"]
+    kept = json.loads((lab / "models" / "comparison.json").read_text(encoding="utf-8"))
+    assert [(row["name"], row["against"]) for row in kept["ruled_out"]] == [("as-given", "slippery")]
+
+
+def test_nothing_is_ruled_out_against_a_model_that_contradicts_what_was_believed(tmp_path: Path) -> None:
+    lab = _slippery_lab(tmp_path)
+    text = (lab / "experiment.toml").read_text(encoding="utf-8").replace('["0.7 MPa", 1.6]', '["0.05 MPa", 1.05]')
+    (lab / "experiment.toml").write_text(text, encoding="utf-8")
+    plan = read_experiment(lab / "experiment.toml")
+    found = standings(problem_of(plan, None), candidates_of(plan))
+    assert {s.variant.name for s in found} == {AS_GIVEN, "slippery"}
+    assert not any(s.ruled_out for s in found)
+
+
+def test_the_check_of_a_base_that_is_wrong_says_what_to_write_and_where(tmp_path: Path) -> None:
+    lab = _slippery_lab(tmp_path)
+    result = CliRunner().invoke(app, ["check", str(lab / "experiment.toml")], env={"COLUMNS": "300"})
+    assert 'set base = "slippery" (line 3)' in " ".join(result.output.split()), result.output
 
 
 def test_what_was_said_is_kept(compared: tuple[Path, str]) -> None:

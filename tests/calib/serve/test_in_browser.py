@@ -194,6 +194,9 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     tab_to(page, page.get_by_role("button", name="Calibrate"))
     key.press("Enter")
     page.wait_for_url("**/run?name=run1")
+    # What a running calibration offers to do is not what one is meant to do: no button of it is a primary one.
+    cancel = page.get_by_role("button", name="Cancel")
+    assert cancel.count() == 0 or cancel.get_attribute("class") == "quiet"
     served.kill_and_begin_again()
     page.reload()
     page.get_by_role("heading", name="What was found").wait_for()
@@ -232,6 +235,14 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     key.press("Control+A")
     key.type(f"{most / 2:g} N")
     page.wait_for_function("() => document.querySelector('#load-beyond').textContent === ''")
+    # Enter in a field does what the button beside the load says, however often: the advice has a button of its own.
+    for field in ("#force", "#limit-signal"):
+        tab_to(page, page.locator(field))
+        key.press("Enter")
+        key.press("Enter")
+    page.wait_for_load_state("networkidle")
+    assert "made=yes" not in page.url
+    assert not (served.folder / "run1" / "recommendation.json").exists()
     tab_to(page, page.get_by_role("button", name="Make the advice"))
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()

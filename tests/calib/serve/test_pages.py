@@ -378,7 +378,9 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
         assert job.alive
         assert job.command == command
     assert "run1" in later.get("/runs").text
-    assert "Cancel" in later.get("/run?name=run1").text
+    under_way = later.get("/run?name=run1").text
+    assert '<button type="submit" class="quiet">Cancel</button>' in under_way
+    assert "It is being made by:" in under_way
     until(lambda: run_state(space.folder / "run1").last is not None)
     state = run_state(space.folder / "run1")
     assert state.condition == "running"
