@@ -93,10 +93,11 @@ def _values(design: Design, group: Group) -> Values:
 
 _LARGE = ((128, 128, 128), (160, 160, 160))
 _SMALL = ((64, 64, 64), (64, 64, 64))
+_AVERAGED = ((64, 64, 64), (96, 96, 96))
 
-# R d/h_s^2, the square of contact radius over the sensor's thickness, at which friction has half of its effect: by eye, from
-# 0.1 to 1 the fit is the same.
-_FRICTION_FADE = 0.3
+# R d/h_s^2, the square of contact radius over the sensor's thickness, at which friction has half of its effect: the best of
+# those tried (`docs/surrogate.md`).
+_FRICTION_FADE = 3.0
 
 NEO_HOOKEAN = Family(
     "neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere", Recipe(8192, _LARGE, 120_000)
@@ -123,7 +124,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "friction",
                 "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=2560, coarse_accuracy=3e-3),
+                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
                 fade=_FRICTION_FADE,
@@ -131,7 +132,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "slippery-friction",
                 "neo-Hookean sensor on padding, slippery base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
                 base="slippery",
                 own=(FRICTION,),
                 adds_to="slippery",

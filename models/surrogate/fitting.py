@@ -146,6 +146,10 @@ def fit_surrogate(
     s = np.sqrt(data.depth / reach[:, None])
     s[s > S_END * (1 + 1e-9)] = np.nan
 
+    def fade(points: FloatArray) -> FloatArray:
+        return fade_of_family(data.groups, points**2 * reach[:, None], data.family)
+
+    faded = fade(s)
     # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
     share = share_of_family(data.groups, data.family)
     mechanical = np.stack(
@@ -156,17 +160,16 @@ def fit_surrogate(
         axis=1,
     )
     if base is not None:
-        below = base.coefficients(groups, plain)[0].reshape(-1, 3, N_DEPTH_TERMS)
-        mechanical = mechanical - np.stack([curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
-        log_change = log_change - curve(below[:, 2], s[rows_of], 0)
+        for factor, coefficients in zip((np.ones_like(s), faded), base.coefficients(groups, plain), strict=True):
+            if coefficients is None:
+                continue
+            below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
+            mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
+            log_change = log_change - factor[rows_of] * curve(below[:, 2], s[rows_of], 0)
     # The first steps of coarse paths are mostly noise.
     trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
     weight = np.array([[1.0], [0.3]]) * trusted[:, None]
     weight_of_change = (share_of_change * trusted[rows_of])[:, None]
-
-    def fade(points: FloatArray) -> FloatArray:
-        return fade_of_family(data.groups, points**2 * reach[:, None], data.family)
-
     # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
     second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
     if coarse is not None:
@@ -211,10 +214,9 @@ def fit_surrogate(
     s_rows = np.repeat(s_out, _N_ELECTRIC, axis=0)
     force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
     change = share[rows_of[rows], None] * capacitance(electric[rows])
-    faded = fade(s)[out]
-    missed_force = mechanical[out, 0] - faded * curve(force, s_out, 1)
+    missed_force = mechanical[out, 0] - faded[out] * curve(force, s_out, 1)
     missed_change = share_of_change[rows] * (
-        log_change[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
+        log_change[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
     force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)

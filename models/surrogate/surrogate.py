@@ -149,9 +149,11 @@ class Surrogate:
         own = np.concatenate([mechanics, capacitance], axis=1)
         if self.base is None:
             return own, None
-        below, _ = self.base.coefficients(self._of_base(groups), features)
+        below, fading = self.base.coefficients(self._of_base(groups), features)
         added = np.asarray(share_of_family(groups, self.family)[:, None] * own)
-        return (below, added) if self.family.fade else (np.asarray(below + added), None)
+        if not self.family.fade:
+            return np.asarray(below + added), None
+        return below, added if fading is None else np.asarray(fading + added)
 
     def _of_base(self, groups: Values) -> Values:
         """Groups as the family of the base has them, of the same designs without what this one has more."""
