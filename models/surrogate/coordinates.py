@@ -79,6 +79,30 @@ def share_of_family(groups: Values, family: Family) -> Values:
     return np.asarray(sum(groups[:, column] / group.end for column, group in enumerate(family.own, OWN)))
 
 
+def fade_of_family(groups: Values, depth: Values, family: Family) -> Values:
+    """How much of what its family adds a design has at a depth: ever less towards first touch, if the family fades.
+
+    u/(u + fade) with u = R d/h_s^2, the square of the contact's radius over the sensor's thickness. Under a ball whose contact
+    is small against the layer lies an incompressible half space, whose surface, pressed by Hertz' pressure, does not move along
+    itself: there is nothing that friction could hold (K. L. Johnson, Contact Mechanics (1985), 5.4). A layer of thickness h_s
+    moves it in proportion to u.
+
+    Parameters
+    ----------
+    groups : (n, >= 4).
+    depth : d/R, (n, n_depth).
+    family : that the designs belong to.
+
+    Returns
+    -------
+    From 0 to 1, (n, n_depth); 1 in a family that does not fade.
+    """
+    if not family.fade:
+        return np.ones_like(depth)
+    u = depth / groups[:, SENSOR, None] ** 2
+    return np.asarray(u / (u + family.fade))
+
+
 def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
     """Terms of the polynomials along a path, Chebyshev's T_0, T_1, ... on 0 <= s <= `S_END`.
 

@@ -45,7 +45,8 @@ class PathCurves:
 
     Attributes
     ----------
-    terms : (n_path, N_DEPTH_TERMS, n_point), s^power times the polynomials' terms, turned so that they are orthonormal.
+    terms : (n_path, N_DEPTH_TERMS, n_point), s^power and what fades times the polynomials' terms, turned so that these are
+        orthonormal.
     turn : (N_DEPTH_TERMS, N_DEPTH_TERMS), from coefficients of the turned terms to those of the terms.
     values, weight : (n, n_curve, n_point), what to follow, and the factor of what is missed of it; n a multiple of n_path.
     """
@@ -56,7 +57,13 @@ class PathCurves:
     weight: npt.NDArray[np.float32]
 
 
-def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: int) -> PathCurves:
+def curves_along(
+    s: FloatArray,
+    values: FloatArray,
+    weight: FloatArray,
+    power: int,
+    fade: Callable[[FloatArray], FloatArray] = np.ones_like,
+) -> PathCurves:
     """Prepare curves for the training: on from where they end to `S_END`, weighted, in single precision.
 
     The first steps, where few elements touch, hold what noise there is and weigh less.
@@ -67,6 +74,7 @@ def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: i
     values : (n, n_curve, n_depth), the curves; n a multiple of n_path, rows of one path together.
     weight : (n, n_curve, n_depth), of what is missed of them.
     power : of s that the polynomials are multiplied with.
+    fade : from places along the paths (n_path, n_point) to what the polynomials are multiplied with there beside it.
 
     Returns
     -------
@@ -89,7 +97,7 @@ def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: i
         sizes[own, :, s.shape[1] :] = _ONWARD_WEIGHT * weight[own][:, :, last[-1:]]
     grid = np.linspace(PATH[0], S_END, 2 * N_DEPTH_TERMS)
     turn = np.linalg.inv(np.linalg.qr(depth_terms(grid).T / np.sqrt(grid.size))[1])
-    terms = turn.T @ depth_terms(points) * points[:, None] ** power
+    terms = turn.T @ depth_terms(points) * points[:, None] ** power * fade(points)[:, None]
     return PathCurves(terms.astype(np.float32), turn, at, sizes)
 
 

@@ -19,9 +19,10 @@ class Recipe:
     Attributes
     ----------
     points : finite-element paths.
-    coarse_points : paths of `coarse_accuracy` beside them: several for the price of one, and several times as far off.
     hidden : layers of the networks of mechanics and of capacitance.
     steps : of their training.
+    coarse_points : paths of `coarse_accuracy` beside them: several for the price of one, and several times as far off.
+    members : networks of mechanics, and as many of capacitance, whose mean is taken: they err otherwise where paths are few.
     """
 
     points: int
@@ -29,6 +30,7 @@ class Recipe:
     steps: int
     coarse_points: int = 0
     coarse_accuracy: float = 1e-2
+    members: int = 1
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class Family:
     base : that its designs rest on.
     own : groups that its designs have beyond geometry and the ratio of moduli; all others are plain.
     adds_to : name of the family, on the same base, whose surrogate its own adds to; empty for one that stands by itself.
+    fade : R d/h_s^2 at which half is left of what it adds, see `coordinates.fade_of_family`; 0 if that does not fade towards
+        first touch. No other family adds to one that fades.
     """
 
     name: str
@@ -51,6 +55,7 @@ class Family:
     base: Base = "bonded"
     own: tuple[Group, ...] = ()
     adds_to: str = ""
+    fade: float = 0.0
 
     @property
     def signature(self) -> str:
@@ -58,7 +63,7 @@ class Family:
         ends = {group.parameter: group.end for group in self.own}
         first = f"{ends.pop(STIFFENING.parameter, 0.0)!r} False "  # a ball that sticks had a family of its own once
         others = [*([self.base] if self.base != "bonded" else []), *(f"{name} {end!r}" for name, end in ends.items())]
-        return first + "".join(f"{word} " for word in others)
+        return first + "".join(f"{word} " for word in [*others, *([f"fade {self.fade!r}"] if self.fade else [])])
 
     def serves(self, design: Design) -> BoolArray:
         """Which draws of a batch have nothing that the family has not, (n_draw,); see `refusal`."""
@@ -88,6 +93,11 @@ def _values(design: Design, group: Group) -> Values:
 
 _LARGE = ((128, 128, 128), (160, 160, 160))
 _SMALL = ((64, 64, 64), (64, 64, 64))
+_AVERAGED = ((64, 64, 64), (96, 96, 96))
+
+# R d/h_s^2, the square of contact radius over the sensor's thickness, at which friction has half of its effect: the best of
+# those tried (`docs/surrogate.md`).
+_FRICTION_FADE = 3.0
 
 NEO_HOOKEAN = Family(
     "neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere", Recipe(8192, _LARGE, 120_000)
@@ -114,17 +124,19 @@ FAMILIES = MappingProxyType(
             Family(
                 "friction",
                 "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=2560, coarse_accuracy=3e-3),
+                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
+                fade=_FRICTION_FADE,
             ),
             Family(
                 "slippery-friction",
                 "neo-Hookean sensor on padding, slippery base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
                 base="slippery",
                 own=(FRICTION,),
                 adds_to="slippery",
+                fade=_FRICTION_FADE,
             ),
             Family(
                 "foam",

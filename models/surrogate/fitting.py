@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 
 import numpy as np
@@ -24,6 +25,7 @@ from models.surrogate.coordinates import (
     closed_change,
     closed_force,
     electric_features,
+    fade_of_family,
     share_of_family,
     smooth_end,
     with_own,
@@ -31,7 +33,7 @@ from models.surrogate.coordinates import (
 from models.surrogate.curve_fit import curve, curves_along, train_curves
 from models.surrogate.domain import COMPRESSION, DEPTH, PADDING, PATH, SENSOR, inside
 from models.surrogate.error_fit import learn_error
-from models.surrogate.network import least_squares, train_network
+from models.surrogate.network import Network, least_squares, mean_network, train_network
 from models.surrogate.pressed import CHANGE_SCALE
 from models.surrogate.surrogate import Surrogate
 from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
@@ -40,8 +42,11 @@ from models.threads import one_thread
 #: Steps of a training.
 STEPS = 120_000
 
-# Weight of a coarse path beside a fine one in the second half of the training.
+# Weight of a coarse path beside a fine one in the second half of the training, and the factor of what is missed of it up to a
+# place along it, where too few of its elements touch to tell what a family adds.
 _COARSE_WEIGHT = 0.1
+_COARSE_FROM = 0.35
+_COARSE_BEFORE = 0.05
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
 #: second half of the training a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such sensors are narrower
@@ -55,8 +60,10 @@ _THIN_PADDING = 0.03  # added to h_p/R before its logarithm
 LEAST_PATHS = 64
 _LEAST_STEPS = 8
 
-# From so many paths on, one in eight is enough to estimate the error (of fewer, one in four is kept out), and the training
-# has a second half.
+# From so many paths on, one in eight is enough to estimate the error (of fewer, one in four is kept out).
+_ENOUGH_PATHS = 2048
+
+# From so many paths on the training has a second half.
 _MANY_PATHS = 4096
 
 # A change below zero by no more than this share of `CHANGE_SCALE` is rounding.
@@ -111,7 +118,7 @@ def fit_surrogate(
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
     fitted = np.ones(n_run, dtype=bool)
-    fitted[rng.permutation(n_fine)[:: 8 if n_fine >= _MANY_PATHS else 4]] = False
+    fitted[rng.permutation(n_fine)[:: 8 if n_fine >= _ENOUGH_PATHS else 4]] = False
 
     def counting(name: str) -> Callable[[int, int], None] | None:
         return None if progress is None else lambda done, total: progress(name, done, total)
@@ -139,6 +146,10 @@ def fit_surrogate(
     s = np.sqrt(data.depth / reach[:, None])
     s[s > S_END * (1 + 1e-9)] = np.nan
 
+    def fade(points: FloatArray) -> FloatArray:
+        return fade_of_family(data.groups, points**2 * reach[:, None], data.family)
+
+    faded = fade(s)
     # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
     share = share_of_family(data.groups, data.family)
     mechanical = np.stack(
@@ -149,41 +160,52 @@ def fit_surrogate(
         axis=1,
     )
     if base is not None:
-        below = base.coefficients(groups, plain).reshape(-1, 3, N_DEPTH_TERMS)
-        mechanical = mechanical - np.stack([curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
-        log_change = log_change - curve(below[:, 2], s[rows_of], 0)
-    weight = np.broadcast_to(np.array([[1.0], [0.3]]), mechanical.shape)
+        for factor, coefficients in zip((np.ones_like(s), faded), base.coefficients(groups, plain), strict=True):
+            if coefficients is None:
+                continue
+            below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
+            mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
+            log_change = log_change - factor[rows_of] * curve(below[:, 2], s[rows_of], 0)
+    # The first steps of coarse paths are mostly noise.
+    trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
+    weight = np.array([[1.0], [0.3]]) * trusted[:, None]
+    weight_of_change = (share_of_change * trusted[rows_of])[:, None]
     # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
     second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
     if coarse is not None:
         second_half = np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT) * (1.0 if second_half is None else second_half)
     first, second = rng.spawn(2)
-    jobs = (
-        (
-            features,
-            curves_along(s, mechanical, weight, 1),
-            fitted,
-            share,
-            second_half,
-            hidden[0],
-            steps,
-            first,
-            counting("mechanics"),
-        ),
-        (
-            electric,
-            curves_along(s, log_change[:, None], share_of_change[:, None], 0),
-            fitted[rows_of],
-            share[rows_of],
-            None if second_half is None else second_half[rows_of],
-            hidden[1],
-            steps,
-            second,
-            counting("capacitance"),
-        ),
+    members = data.family.recipe.members
+
+    def averaged(name: str, train: Callable[[Callable[[int, int], None] | None], Network]) -> Network:
+        names = [name if members == 1 else f"{name}, network {k} of {members}" for k in range(1, members + 1)]
+        return mean_network([train(counting(each)) for each in names])
+
+    learn_mechanics = partial(
+        train_curves,
+        features,
+        curves_along(s, mechanical, weight, 1, fade),
+        fitted,
+        share,
+        second_half,
+        hidden[0],
+        steps,
+        first,
+    )
+    learn_capacitance = partial(
+        train_curves,
+        electric,
+        curves_along(s, log_change[:, None], weight_of_change, 0, fade),
+        fitted[rows_of],
+        share[rows_of],
+        None if second_half is None else second_half[rows_of],
+        hidden[1],
+        steps,
+        second,
     )
     with one_thread(), ThreadPoolExecutor(2) as pool:
-        mechanics, capacitance = pool.map(lambda job: train_curves(*job), jobs)
+        jobs = (("mechanics", learn_mechanics), ("capacitance", learn_capacitance))
+        mechanics, capacitance = pool.map(lambda job: averaged(*job), jobs)
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
     out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
@@ -192,8 +214,10 @@ def fit_surrogate(
     s_rows = np.repeat(s_out, _N_ELECTRIC, axis=0)
     force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
     change = share[rows_of[rows], None] * capacitance(electric[rows])
-    missed_force = mechanical[out, 0] - curve(force, s_out, 1)
-    missed_change = share_of_change[rows] * (log_change[rows] - curve(change, s_rows, 0))
+    missed_force = mechanical[out, 0] - faded[out] * curve(force, s_out, 1)
+    missed_change = share_of_change[rows] * (
+        log_change[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
+    )
     force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
@@ -203,6 +227,7 @@ def fit_surrogate(
         beside = f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
         if falling := int(np.sum(_falls(coarse))):
             beside += f" (without {falling} along which the capacitance falls)"
+    means = f"means of {members} networks of " if members > 1 else ""
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
@@ -217,7 +242,7 @@ def fit_surrogate(
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
             "training paths": f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
-            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
+            "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),

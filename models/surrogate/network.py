@@ -1,15 +1,16 @@
 """From points and a loss there to a small smooth network, and from a network to its values anywhere.
 
-A network is layers of tanh with linear ends. It is trained by SOAP (Vyas et al., arXiv 2409.11321): Adam in the slowly turning
-eigenbasis of Shampoo's preconditioner, which on the smooth functions met here is ahead, after half a minute, of what
-limited-memory BFGS and Levenberg-Marquardt reach in four. It is trained and kept in single precision, whose rounding, 1e-6 of a
-result, is far below the errors of a fit, and evaluated in double: instruments resolve 1e-5 of a capacitance, so that such
-rounding would be noise of 0.02 on a log posterior, and ruin every derivative that is taken of it by differences.
+A network is layers of tanh with linear ends, or the mean of several such, which lie beside each other in memory. It is trained
+by SOAP (Vyas et al., arXiv 2409.11321): Adam in the slowly turning eigenbasis of Shampoo's preconditioner, which on the smooth
+functions met here is ahead, after half a minute, of what limited-memory BFGS and Levenberg-Marquardt reach in four. It is
+trained and kept in single precision, whose rounding, 1e-6 of a result, is far below the errors of a fit, and evaluated in
+double: instruments resolve 1e-5 of a capacitance, so that such rounding would be noise of 0.02 on a log posterior, and ruin
+every derivative that is taken of it by differences.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -43,7 +44,7 @@ class Network:
     Attributes
     ----------
     centre, width : (n_in,), inputs are taken as (x - centre) / width.
-    layers : matrices (n + 1, m), the last row of each the offset.
+    layers : matrices (n + 1, m), the last row of each the offset; of the mean of k networks (k, n + 1, m).
     """
 
     centre: FloatArray
@@ -58,7 +59,12 @@ class Network:
     @property
     def sizes(self) -> tuple[int, ...]:
         """Numbers of inputs, of units in each hidden layer, and of outputs."""
-        return (len(self.centre), *(layer.shape[1] for layer in self.layers))
+        return (len(self.centre), *(layer.shape[-1] for layer in self.layers))
+
+    @property
+    def members(self) -> int:
+        """Of how many networks it is the mean."""
+        return len(self.layers[0]) if self.layers[0].ndim == 3 else 1
 
     def __call__(self, x: _Array) -> _Array:
         """Values (n, n_out) at inputs (n, n_in), in double precision; complex for complex inputs."""
@@ -67,10 +73,11 @@ class Network:
         a = whole_groups((x - self.centre) / self.width)
         *hidden, last = self._double
         for layer in hidden:
-            a = a @ layer[:-1]
-            a += layer[-1]
+            a = a @ layer[..., :-1, :]
+            a += layer[..., -1:, :]
             np.tanh(a, out=a)
-        return np.asarray((a @ last[:-1] + last[-1])[: len(x)])
+        values = a @ last[..., :-1, :] + last[..., -1:, :]
+        return np.asarray((values if values.ndim == 2 else np.mean(values, axis=0))[: len(x)])
 
     def arrays(self, name: str) -> dict[str, _Array]:
         """Give the network as arrays to be saved, which `network_from` reads back."""
@@ -99,6 +106,36 @@ def network_from(arrays: Mapping[str, _Array], name: str) -> Network:
     if n < 2:
         raise KeyError(name)
     return Network(arrays[f"{name}_centre"], arrays[f"{name}_width"], tuple(arrays[f"{name}_layer_{i}"] for i in range(n)))
+
+
+def mean_network(networks: Sequence[Network]) -> Network:
+    """Make the network that says the mean of what others say.
+
+    Parameters
+    ----------
+    networks : of the same sizes, which take their inputs alike; one is given back as it is.
+
+    Returns
+    -------
+    The network.
+
+    Raises
+    ------
+    ValueError
+        If they differ in their sizes, or in how they take their inputs.
+    """
+    first, *others = networks
+    for other in others:
+        if other.sizes != first.sizes:
+            raise ValueError(f"networks of {first.sizes} and {other.sizes} have no mean; give some of the same sizes")
+        if not (np.array_equal(other.centre, first.centre) and np.array_equal(other.width, first.width)):
+            raise ValueError(
+                "networks that take their inputs by different centres or widths have no mean; train them on one set"
+            )
+    if not others:
+        return first
+    layers = tuple(np.stack(same) for same in zip(*(network.layers for network in networks), strict=True))
+    return Network(first.centre, first.width, layers)
 
 
 def least_squares(y: FloatArray, weight: FloatArray | None = None) -> Slope:

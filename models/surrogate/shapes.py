@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.sensor import Base, BoolArray
-from models.surrogate.coordinates import closed_change, closed_force, depth_terms
+from models.sensor import BoolArray
+from models.surrogate.coordinates import closed_change, closed_force, depth_terms, fade_of_family
+from models.surrogate.families import NEO_HOOKEAN, Family
 from models.surrogate.groups import Values
 
 #: Nearer to first touch than this depth over R a curve is taken as it is there.
@@ -24,12 +25,14 @@ class Places:
     s : sqrt(depth / reach), (n_draw, n_depth).
     terms : of the polynomials in s, (n_draw, N_DEPTH_TERMS, n_depth).
     closed : closed-form F/(mu R^2), (n_draw, n_depth).
+    fade : how much there is of what fades towards first touch, (n_draw, n_depth); None if nothing does.
     """
 
     depth: Values
     s: Values
     terms: Values
     closed: Values
+    fade: Values | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,23 +44,27 @@ class Shapes:
     groups : (n_draw, n_group), inside the range.
     limit, reach : largest depth covered and the scale of depth, over R, (n_draw,).
     coefficients : of the polynomials p_F, p_a and p_C, (n_draw, 3, N_DEPTH_TERMS).
-    base : that the layers rest on, which says what closed forms the polynomials correct.
+    fading : of what is added to these, and fades towards first touch, (n_draw, 3, N_DEPTH_TERMS); None if nothing does.
+    family : of the designs, which says what closed forms the polynomials correct, and what fades how.
     """
 
     groups: Values
     limit: Values
     reach: Values
     coefficients: Values
-    base: Base = "bonded"
+    fading: Values | None = None
+    family: Family = NEO_HOOKEAN
 
     def only(self, rows: slice | BoolArray) -> Shapes:
         """The curves of some of the designs."""
-        return Shapes(self.groups[rows], self.limit[rows], self.reach[rows], self.coefficients[rows], self.base)
+        fading = None if self.fading is None else self.fading[rows]
+        return Shapes(self.groups[rows], self.limit[rows], self.reach[rows], self.coefficients[rows], fading, self.family)
 
     def places(self, depth: Values) -> Places:
         """Work out what all columns need at depths over R, positive, (n_draw, n_depth)."""
         s = np.sqrt(depth / self.reach[:, None])
-        return Places(depth, s, depth_terms(s), closed_force(self.groups, depth, self.base))
+        fade = None if self.fading is None else fade_of_family(self.groups, depth, self.family)
+        return Places(depth, s, depth_terms(s), closed_force(self.groups, depth, self.family.base), fade)
 
     def force(self, at: Places) -> Values:
         """F/(mu R^2), (n_draw, n_depth)."""
@@ -69,8 +76,11 @@ class Shapes:
 
     def change(self, at: Places) -> Values:
         """C/C0 - 1, (n_draw, n_depth)."""
-        closed = closed_change(self.groups, at.depth, at.closed, self.base)
+        closed = closed_change(self.groups, at.depth, at.closed, self.family.base)
         return np.asarray(closed * np.exp(self._polynomial(2, at)))
 
     def _polynomial(self, which: int, at: Places) -> Values:
-        return np.asarray((self.coefficients[:, which : which + 1] @ at.terms)[:, 0])
+        value = (self.coefficients[:, which : which + 1] @ at.terms)[:, 0]
+        if self.fading is not None and at.fade is not None:
+            value = value + at.fade * (self.fading[:, which : which + 1] @ at.terms)[:, 0]
+        return np.asarray(value)

@@ -47,8 +47,10 @@ from models.surrogate.network import Network, network_from
 from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
 from models.surrogate.shapes import Shapes
 
-# Of the file, and of the formulas that turn its networks into curves: to be raised when either changes.
+# Of the file, and of the formulas that turn its networks into curves: to be raised when either changes. What fades towards
+# first touch, and means of several networks, came after all others, whose files and identities stayed as they were.
 _FORMAT = 3
+_FORMAT_WITH_FADE = 4
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
@@ -62,7 +64,7 @@ class Surrogate:
 
     The surrogate of a family has networks of its own that add to the coefficients of another's, its `base`, on the same scale
     of depth: in proportion to the groups that the family has of its own (1/J_m of Gent's law, friction), so that it goes over
-    into the base where they vanish.
+    into the base where they vanish, and, in a family that fades, towards first touch.
 
     Attributes
     ----------
@@ -129,7 +131,7 @@ class Surrogate:
         limit, reach = self.base.ends(self._of_base(groups), features)
         return np.minimum(limit, thinned), reach
 
-    def coefficients(self, groups: Values, features: Values) -> Values:
+    def coefficients(self, groups: Values, features: Values) -> tuple[Values, Values | None]:
         """Coefficients of the polynomials along the path, as the networks say them.
 
         Parameters
@@ -139,15 +141,19 @@ class Surrogate:
 
         Returns
         -------
-        Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS).
+        Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS), and, in a family that fades, of what is added to these and
+        fades, of the same shape; None in others.
         """
         mechanics = self.mechanics(with_own(features[:, :N_MECHANICAL], groups, self.family))
         capacitance = self.capacitance(with_own(features, groups, self.family))
         own = np.concatenate([mechanics, capacitance], axis=1)
         if self.base is None:
-            return own
-        below = self.base.coefficients(self._of_base(groups), features)
-        return np.asarray(below + share_of_family(groups, self.family)[:, None] * own)
+            return own, None
+        below, fading = self.base.coefficients(self._of_base(groups), features)
+        added = np.asarray(share_of_family(groups, self.family)[:, None] * own)
+        if not self.family.fade:
+            return np.asarray(below + added), None
+        return below, added if fading is None else np.asarray(fading + added)
 
     def _of_base(self, groups: Values) -> Values:
         """Groups as the family of the base has them, of the same designs without what this one has more."""
@@ -232,8 +238,9 @@ class Surrogate:
         Curves, complex if the arguments are.
         """
         limit, reach = self.ends(groups, features)
-        coefficients = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS)
-        return Shapes(groups, limit, reach, coefficients, self.family.base)
+        plain, added = self.coefficients(groups, features)
+        fading = None if added is None else added.reshape(-1, 3, N_DEPTH_TERMS)
+        return Shapes(groups, limit, reach, plain.reshape(-1, 3, N_DEPTH_TERMS), fading, self.family)
 
     def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
         """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""
@@ -254,10 +261,15 @@ class Surrogate:
         np.savez_compressed(file, **self._arrays())
         path.write_bytes(sealed(file.getvalue()))
 
+    @property
+    def _format(self) -> int:
+        averaged = any(getattr(self, name).members > 1 for name in _NETWORKS)
+        return _FORMAT_WITH_FADE if averaged or self.family.fade else _FORMAT
+
     def _arrays(self, prefix: str = "") -> dict[str, Any]:
         """Everything it consists of by name, that of its base with a prefix more: see `_from_arrays`."""
         arrays: dict[str, Any] = {
-            "format": _FORMAT,
+            "format": self._format,
             "family": self.family.name,
             "force_modes": self.force_modes,
             "capacitance_modes": self.capacitance_modes,
@@ -333,11 +345,21 @@ def load_surrogate(path: Path | str | None = None, family: Family = NEO_HOOKEAN)
         with np.load(io.BytesIO(unsealed(Path(path).read_bytes())), allow_pickle=False) as file:
             data = {name: file[name] for name in file.files}
         written = int(data["format"])
-        if written == _FORMAT:
+        read = _formats(str(data["family"]))
+        if written in read:
             return _from_arrays(data)
     except (KeyError, OSError, EOFError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is not a surrogate file ({error}); give one that `calib surrogate train` wrote") from None
-    raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
+    raise ValueError(
+        f"{path} has surrogate format {written}, this version reads {' and '.join(map(str, read))} "
+        f"of the family {data['family']}; train it anew"
+    )
+
+
+def _formats(family: str) -> tuple[int, ...]:
+    """Formats that are read of a family: none of before it faded."""
+    fades = family in FAMILIES and FAMILIES[family].fade
+    return (_FORMAT_WITH_FADE,) if fades else (_FORMAT, _FORMAT_WITH_FADE)
 
 
 def _from_arrays(data: Mapping[str, Any]) -> Surrogate:

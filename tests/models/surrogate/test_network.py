@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from models.sensor import FloatArray
-from models.surrogate.network import Network, least_squares, network_from, train_network
+from models.surrogate.network import Network, least_squares, mean_network, network_from, train_network
 
 
 def wave(x: FloatArray) -> FloatArray:
@@ -55,6 +55,27 @@ def test_arrays_give_the_network_back(trained: Network) -> None:
     np.testing.assert_array_equal(network_from(arrays, "a")(x), trained(x))
     with pytest.raises(KeyError):
         network_from(arrays, "b")
+
+
+def test_a_mean_of_networks_says_the_mean_of_what_they_say() -> None:
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (700, 2))
+    several = [train_network(x, least_squares(wave(x)), (8, 6, 2), steps=20, rng=rng) for _ in range(3)]
+    mean = mean_network(several)
+    assert (mean.sizes, mean.members, several[0].members) == (several[0].sizes, 3, 1)
+    np.testing.assert_allclose(mean(x), np.mean([network(x) for network in several], axis=0), rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(mean(x[:1]), mean(x)[:1])
+    np.testing.assert_array_equal(network_from(mean.arrays("a"), "a")(x), mean(x))
+    h = np.array([1e-5, 0])
+    step = mean(x[:3] + 1e-30j * np.eye(2)[0]).imag / 1e-30
+    np.testing.assert_allclose(step, (mean(x[:3] + h) - mean(x[:3] - h)) / 2e-5, rtol=1e-5, atol=1e-8)
+    assert mean_network(several[:1]) is several[0]
+    other = train_network(x, least_squares(wave(x)), (7, 2), steps=2, rng=rng)
+    with pytest.raises(ValueError, match=r"networks of .* have no mean"):
+        mean_network([several[0], other])
+    elsewhere = train_network(x + 1, least_squares(wave(x)), (8, 6, 2), steps=2, rng=rng)
+    with pytest.raises(ValueError, match="by different centres or widths have no mean"):
+        mean_network([several[0], elsewhere])
 
 
 def test_training_goes_on_from_a_network_and_not_from_one_of_other_sizes() -> None:

@@ -22,7 +22,7 @@ from models.response import OutOfRangeError
 from models.seal import sealed, unsealed
 from models.sensor import Base, Design, FloatArray, design_from
 from models.surrogate import FAMILIES, NEO_HOOKEAN, NotShippedError, Surrogate, is_shipped, load_surrogate
-from models.surrogate.coordinates import closed_force, mechanical_features, share_of_family
+from models.surrogate.coordinates import closed_force, fade_of_family, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
 from models.surrogate.families import Family
 from models.surrogate.fitting import fit_surrogate
@@ -220,10 +220,13 @@ def test_padding_without_thickness_has_no_modulus(shipped: Surrogate) -> None:
     assert soft.force == stiff.force
 
 
-def stiffer(groups: FloatArray, s: FloatArray, family: Family) -> FloatArray:
-    """Factor of the force of a family's designs with `groups` (n, >= 4 + n_own): exp(0.4 s) at the end of its own groups."""
+def stiffer(groups: FloatArray, depth: FloatArray, s: FloatArray, family: Family) -> FloatArray:
+    """Factor of the force of a family's designs with `groups` (n, >= 4 + n_own), at d/R and s (n, n_depth).
+
+    exp(0.4 s) at the end of its own groups, less near first touch in a family that fades.
+    """
     share = share_of_family(groups, family) if family.adds_to else np.zeros(len(groups))
-    return np.asarray(np.exp(0.4 * share[:, None] * s))
+    return np.asarray(np.exp(0.4 * share[:, None] * s * fade_of_family(groups, depth, family)))
 
 
 def synthetic_training(n: int, noise: float, seed: int = 0, family: Family = FAMILIES["neo-hookean"]) -> TrainingSet:
@@ -243,7 +246,7 @@ def synthetic_training(n: int, noise: float, seed: int = 0, family: Family = FAM
     factor = (1.5 + 0.3 * wave)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None])
     change = factor * (depth[:, :, None, None] / width) ** 2 * np.exp(noise * rng.normal(size=(n, 1, 1, 1)))
     compression = depth / (h[:, None] * 0.55) * 0.6
-    more = stiffer(groups, s, family)
+    more = stiffer(groups, depth, s, family)
     force, change = force * more, change / more[:, :, None, None]
     return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0, family)
 
@@ -313,7 +316,7 @@ def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact: Surrogate,
     for share in (0.0, 0.5, 1.0):
         design = of_family(family, share)
         found = fitted.respond(design, depth)
-        factor = stiffer(groups_of(design.draws(), family), np.sqrt([0.2, 0.5, 0.9]), family)[0]
+        factor = stiffer(groups_of(design.draws(), family), depth[None] / 5e-3, np.sqrt([0.2, 0.5, 0.9]), family)[0]
         np.testing.assert_allclose(found.force, base.force * factor, rtol=2e-2)
         np.testing.assert_allclose(found.capacitance_change, base.capacitance_change / factor, rtol=5e-2)
     np.testing.assert_array_equal(fitted.respond(of_family(family, 0.0), depth).force, base.force)
@@ -349,6 +352,35 @@ def test_a_ball_that_sticks_is_the_end_of_friction(exact: Surrogate) -> None:
     assert np.all(np.diff(fitted.respond(several, depth).force, axis=0) > 0)
 
 
+@pytest.mark.parametrize("sensor_thickness", [0.74e-3, 3e-3])
+def test_a_ball_that_sticks_does_what_a_frictionless_one_does_where_its_contact_is_small(sensor_thickness: float) -> None:
+    family = FAMILIES["friction"]
+    rubbed, plain = load_surrogate(family=family), load_surrogate()
+    values = PAPER | {"sensor_thickness": sensor_thickness, "sensor_radius": 15e-3, "electrode_radius": 15e-3}
+    reference = sensor_thickness**2 / values["indenter_radius"]
+    depth = np.array([1e-5, 1e-4, 1e-3, 1e-2]) * reference
+    free = plain.respond(design_from(values), depth)
+    stuck = rubbed.respond(design_from(values | {"friction_coefficient": np.inf}), depth)
+    for name in ("force", "capacitance_change"):
+        more = np.abs(getattr(stuck, name) / getattr(free, name) - 1)
+        # It goes with R d/h_s^2.
+        assert np.all(more < 3 * depth / reference)
+
+
+def test_no_family_adds_to_one_that_fades_and_old_files_of_these_are_refused(exact: Surrogate, tmp_path: Path) -> None:
+    assert not any(family.adds_to and FAMILIES[family.adds_to].fade for family in FAMILIES.values())
+    path = tmp_path / "s.npz"
+    added_to(exact, "friction").save(path)
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files}
+    assert (int(arrays["format"]), int(arrays["base_format"])) == (4, 3)
+    content = io.BytesIO()
+    np.savez(content, **dict[str, Any](arrays | {"format": np.array(3)}))
+    path.write_bytes(sealed(content.getvalue()))
+    with pytest.raises(ValueError, match="has surrogate format 3, this version reads 4 of the family friction; train it anew"):
+        load_surrogate(path)
+
+
 def test_a_slippery_base_has_closed_forms_of_its_own_and_friction_there_adds_to_its_surrogate(exact: Surrogate) -> None:
     slippery = fit_small(synthetic_training(300, 0.0, family=FAMILIES["slippery"]), steps=900)
     rubbed = added_to(slippery, "slippery-friction")
@@ -361,7 +393,8 @@ def test_a_slippery_base_has_closed_forms_of_its_own_and_friction_there_adds_to_
     np.testing.assert_allclose(found.force, exact.respond(design_from(PAPER), depth).force * other / one, rtol=2e-2)
     np.testing.assert_array_equal(rubbed.respond(design, depth).force, found.force)
     stuck = rubbed.respond(of_family(rubbed.family, 1.0), depth).force
-    np.testing.assert_allclose(stuck, found.force * np.exp(0.4 * np.sqrt([0.2, 0.5, 0.9])), rtol=2e-2)
+    factor = stiffer(np.append(groups[:, :4], [[1.0]], axis=1), depth[None] / 5e-3, np.sqrt([0.2, 0.5, 0.9]), rubbed.family)
+    np.testing.assert_allclose(stuck, found.force * factor[0], rtol=2e-2)
     for refused, asked in ((exact, design), (slippery, design_from(PAPER)), (slippery, of_family(rubbed.family, 0.5))):
         assert refused.max_depth(asked) == 0
         with pytest.raises(OutOfRangeError, match=r"surrogate is trained for .*; \w+ must be .*, got "):
