@@ -45,6 +45,8 @@ _OPPOSED = 0.5
 _SEEN = 1.0
 # Share of the largest load that the load in compression reaches in a press.
 _COMPRESSED = 0.1
+# Share of it that is left, at most, where a retreat ends.
+_UNLOADED = 0.2
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
 _TOGETHER = 0.5
 # Share of all its travel that a crosshead which goes one way is displaced by in the end, and rows that show it.
@@ -241,6 +243,8 @@ def _together(
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
     # One that starts pressed shows compression somewhere.
     doubt |= pressed and pulled and press.once
+    # A load that is never on the side of compression and ends at none may as well be the retreat from a press.
+    doubt |= pulled and press.once and abs(press.begin + press.rise) < _UNLOADED * float(np.max(np.abs(load)))
     # Where a drift hides the press the first change and the bend oppose each other.
     doubt |= press.once and opposed > _OPPOSED * (abs(total) + opposed)
     # A machine that starts to move bends the force as well: a retreat alone has to be seen to end out of contact, or be named.

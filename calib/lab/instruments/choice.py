@@ -14,8 +14,9 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
-from calib.lab.instruments.rivals import readings, stands_still
+from calib.lab.instruments.rivals import holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.times import date_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names, why_unread
 
@@ -216,6 +217,8 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
     notes: list[str] = []
     used = {index for index, _ in chosen.values()}
     taken = {heading.quantity: index for index, heading in chosen.values()}
+    clock = taken.get("time")
+    days = date_column(sheet, clock) if clock is not None and holds_clock(sheet.columns[clock]) else None
     for index, name in enumerate(sheet.names):
         if index in used or index in unread:
             continue
@@ -226,7 +229,9 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
         else:
             heading = sheet.plain_heading(index)
             reason = why_unread(name, sheet.unit_below(index))
-            if heading.quantity in taken:
+            if index == days:
+                reason = f'the days of "{_shown(sheet, taken["time"])}", whose times are read with them'
+            elif heading.quantity in taken:
                 reason = f'"{_shown(sheet, taken[heading.quantity])}" is taken'
             elif heading.quantity:
                 reason = "not used"

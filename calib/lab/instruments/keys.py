@@ -32,6 +32,8 @@ _ONE_FREQUENCY = 0.01
 _PAUSE = 50.0
 # A change of a key is a jump where it is so many times the usual step, and this share of the span.
 _STEPS, _SHARE = 4.0, 0.03
+# Readings between two of another value of a key that tell whether they lie on a curve of their own.
+_FEWEST_TURNS = 10
 _JUMPING = ("displacement", "force", "capacitance", "capacitance_series")
 _WHOLE = re.compile(r"[+-]?\d+(?:[.,]0*)?")
 
@@ -171,6 +173,17 @@ def _is_of_phases(sheet: Sheet, index: int) -> bool:
     return bool(parts & PHASES) or dated or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
 
 
+def _lie_apart(codes: IntArray, v: FloatArray) -> bool:
+    """Whether readings of two values of a key, row by row in turn, lie on two curves: one is always above those beside it."""
+    turn = np.flatnonzero((codes[:-2] == codes[2:]) & (codes[:-2] != codes[1:-1]) & (codes[:-2] >= 0) & (codes[1:-1] >= 0)) + 1
+    above = (v[turn] - (v[turn - 1] + v[turn + 1]) / 2) * np.sign(codes[turn] - codes[turn - 1])
+    above = above[np.isfinite(above)]
+    if above.size < _FEWEST_TURNS:
+        return False
+    middle = float(np.median(above))
+    return abs(middle) > _STEPS * 1.4826 * float(np.median(np.abs(above - middle)))
+
+
 def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
     """Whether the rows are of several records by a key: at its changes time falls, stands or pauses, or a reading jumps."""
     change = np.flatnonzero((codes[1:] != codes[:-1]) & (codes[1:] >= 0) & (codes[:-1] >= 0))
@@ -202,6 +215,8 @@ def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -
         across, inside = across[np.isfinite(across)], inside[np.isfinite(inside)]
         if not across.size or not inside.size or not np.isfinite(span) or span == 0.0:
             continue
+        if _lie_apart(codes, v):
+            return True
         jump = float(np.median(across))
         if jump > _SHARE * span and jump > _STEPS * float(np.quantile(inside, 0.9)):
             return True

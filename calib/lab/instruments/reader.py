@@ -22,7 +22,7 @@ from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from calib.lab.instruments.vocabulary import understand
 
 #: What `Reading.units` and `Reading.columns` may name.
-QUANTITIES = tuple(q for q in SI_UNIT if q not in IN_PLACE_OF)
+QUANTITIES = (*(q for q in SI_UNIT if q not in IN_PLACE_OF), *IN_PLACE_OF)
 
 
 def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
@@ -50,7 +50,7 @@ def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
         file, each with line, column and advice.
     """
     path = Path(path)
-    unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - set(IN_PLACE_OF))
+    unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES))
     if unknown:
         raise InputError(Fault(f"there is no quantity {', '.join(unknown)}", path, advice=f"There are {', '.join(QUANTITIES)}"))
     for name, said, known in (("decimal", reading.decimal, (".", ",")), ("scale", reading.scale, ("micro",))):

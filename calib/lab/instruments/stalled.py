@@ -92,8 +92,9 @@ def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, to
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     shown = f'"{cells[first].strip()[:40]}"'
     if kind == "end":
+        cause = "a hold, or the end" if column.quantity == "displacement" else "the end"
         told.notes.append(
-            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on: the end of its '
+            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on: {cause} of its '
             "range, behind which nothing was measured"
         )
     elif kind == "late":

@@ -120,7 +120,11 @@ def time_faults(
     if largest > _EPOCH[1]:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
         unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
-        return fault(0, words, f"{_WHICH}{unit} since 1970, {_WITHOUT}" if unit else f"Export the time in seconds, {_WITHOUT}")
+        return fault(
+            0,
+            words,
+            f"{_WHICH}{unit} if they count from 1970, {_WITHOUT}" if unit else f"Export the time in seconds, {_WITHOUT}",
+        )
     if factor and _counts_clock(time / factor):
         words = f'"{written}" seems to be hours, minutes and seconds written as one number'
         return fault(0, words, f"Export the time in seconds, {_WITHOUT}")
@@ -128,7 +132,7 @@ def time_faults(
         return []
     if factor != 1.0 and _NOW[0] < number < _NOW[1]:
         words = f'"{written}" may be seconds since 1970, but its unit says otherwise'
-        return fault(0, words, f"{_WHICH}s since 1970, or the unit of the header once more if that is right")
+        return fault(0, words, f"{_WHICH}s if it is so, or the unit of the header once more if that is right")
     few_days = pace < 0.01 and float(np.ptp(time)) < 3.0 * factor
     if few_days and any(low < number < high for low, high in _DAYS):
         words = f'"{written}" seems to be the days of a calendar, as spreadsheets count them'

@@ -69,6 +69,16 @@ def test_what_the_user_says_of_units_and_columns_replaces_what_the_file_says(tmp
     np.testing.assert_allclose(pd.read_csv(tmp_path / "o.csv")["force_N"], [5.0, 6.0])
 
 
+def test_what_is_advised_of_a_capacitance_that_may_be_in_series_can_be_pasted(tmp_path: Path) -> None:
+    rows = "".join(f"{0.1 * k:.1f},{52.3 + 0.02 * k:.4f},0.35\n" for k in range(40))
+    (tmp_path / "lcr.csv").write_text("t (s),C (pF),D\n" + rows)
+    refused = _run("read", tmp_path / "lcr.csv")
+    assert '--columns "capacitance_series=C (pF)" for Cs' in _line(refused.stderr)
+    result = _run("read", tmp_path / "lcr.csv", "--columns", "capacitance_series=C (pF)", "-o", tmp_path / "o.csv")
+    assert result.exit_code == 0, result.output
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "o.csv")["capacitance_F"][0], 52.3e-12 / (1 + 0.35**2), rtol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -619,3 +619,29 @@ def test_a_series_capacitance_has_its_unit_contradicted_above_too(tmp_path: Path
 @pytest.mark.parametrize("line", ["Grip distance;50;mm", "Speed;1;mm/min", "Load cell 5;kN", "Unit system: SI", "Comment;N"])
 def test_a_line_above_that_declares_no_unit_of_a_reading_is_none(tmp_path: Path, line: str) -> None:
     np.testing.assert_allclose(read(tmp_path, TESTER, above=(line,)).columns["force"], force_of(F))
+
+
+def test_rows_of_two_settings_in_turn_are_a_choice_whatever_the_setting_is_called(tmp_path: Path) -> None:
+    n = np.arange(120)
+    capacitance = 52.3 + 7.0 * np.clip(n / 119 - 0.3, 0.0, None) ** 1.5
+    keys: Columns = (("Time (s)", cells(0.03 * n)), ("Bias", ["off", "on"] * 60))
+    table = (*keys, ("Cp (pF)", cells(capacitance * np.where(n % 2, 0.99, 1.0))))
+    error = refused(tmp_path, table)
+    assert 'column "Bias" changes' in str(error)
+    assert "--where Bias=off" in str(error)
+    one = read(tmp_path, table, where={"Bias": "off"})
+    np.testing.assert_allclose(one.columns["capacitance"][::2], capacitance[::2] * 1e-12, rtol=1e-4)
+    read(tmp_path, (*keys, ("Cp (pF)", cells(capacitance))))
+
+
+def test_days_beside_times_of_day_that_are_asked_for_are_named_as_theirs(tmp_path: Path) -> None:
+    n = np.arange(40)
+    table = (
+        ("Date", ["2026-03-03"] * 20 + ["2026-03-04"] * 20),
+        ("Clock", [f"14:{k // 2:02d}:{k % 2 * 30:02d}" for k in n]),
+        ("Force (N)", cells(0.1 * n)),
+        ("Disp (mm)", cells(0.02 * n)),
+    )
+    found = read(tmp_path, table, columns={"time": "Clock"})
+    assert reasons(found)['column 1 "Date"'] == 'the days of "Clock", whose times are read with them'
+    assert np.ptp(found.columns["time"]) > 86_400

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from calib.errors import InputError
+from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.reader import read_lab_file
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -150,7 +151,11 @@ def test_a_random_table_in_a_random_layout_is_read_back(tmp_path: Path, layout: 
     except InputError as error:
         if unclear:
             return
-        pytest.fail(f"refused: {error}\n{variant.text!r}")
+        # Numbers that jump by the factor between two units, as random ones may, are read once the unit is said again.
+        jumping = {c.quantity: c.unit for c in layout.columns if f"--units {c.quantity}=..." in str(error)}
+        if not jumping or "If a unit or a range was switched there" not in str(error):
+            pytest.fail(f"refused: {error}\n{variant.text!r}")
+        table = read_lab_file(path, Reading(units=jumping))
     cut_wrong = layout.delimiter == "," and layout.decimal == "," and layout.quoted not in ("all", "data")
     assert not cut_wrong, f"decimal commas between commas are read: {variant.text!r}"
     rows = variant.oracle.interpret(variant.lines) if unclear else variant.truth

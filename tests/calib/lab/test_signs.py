@@ -241,6 +241,17 @@ def test_a_retreat_that_ends_with_the_ball_coming_off_is_still_read(force: int, 
     assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
 
 
+@pytest.mark.parametrize("displacement", [1, -1])
+def test_a_retreat_whose_load_is_negative_is_in_doubt(displacement: int) -> None:
+    way = np.linspace(0.0, 3.0, 150)
+    load = -7.2 * (1 - (way / 3.0) ** 1.7) - 0.4
+    columns = {"displacement": displacement * way * 1e-3, "force": load}
+    with pytest.raises(InputError, match="cannot be told which way compression is in force"):
+        observe(table(columns))
+    found = observe(table(columns, {"force": "compression negative"})).signs
+    assert (found["force"].factor, found["displacement"].factor) == (-1, -displacement)
+
+
 def test_what_is_said_is_obeyed_and_a_contradiction_is_told() -> None:
     columns = Record().columns
     del columns["capacitance"]
