@@ -245,7 +245,9 @@ def test_who_measured_is_filled_in_as_a_form_and_taken_over_by_the_run(work: Wor
     assert "says something else" in seen
     assert "calib calibrate experiment.toml -o run --resume" in seen
     wrong = page.post("/experiment/put", data={"at": '["laboratory", "country"]', "value": "New Zealand"}, headers=SCRIPT)
-    assert "two capital letters" in json.dumps(wrong.json()["fields"])
+    shown = json.dumps(wrong.json()["fields"])
+    assert "two letters that ISO 3166-1 has" in shown
+    assert "(New Zealand)" in shown
     assert page.post("/experiment/instrument", data={"kind": " "}).status_code == 422
 
 
