@@ -207,8 +207,8 @@ def presented(pressed: Pressed, template: Specimen, experiment: Experiment, reas
             known = ", ".join(names)
             finding = f"nothing tells with which ball it was pressed: the lot has presses of several balls ({known})"
             found.append(Reason("files", "red", finding, "Name its files as those of the lot"))
-        elif press.ball:
-            finding = f'the names of its files tell its presses apart by a ball ("{press.name}")'
+        elif press.ball or press.perhaps:
+            finding = f'the names of its files may tell a ball of its own ("{press.perhaps or press.name}")'
             radius = f"{like.indenter_radius * 1e3:g} mm radius"
             found.append(Reason("files", "amber", finding, f"Make sure that it was the ball of the lot, of {radius}"))
         of_press = [(like.force_reading, press.force), (like.capacitance_reading, press.capacitance)]

@@ -104,7 +104,7 @@ def specimen_text(specimen: Pressed, folder: Path, electrical: bool, *, first: b
     lines = [*_comments(specimen.notes), "[[specimens]]", f"name = {quoted_text(specimen.name)}"]
     alone = len(specimen.presses) == 1
     if alone:
-        lines += _press(specimen.presses[0], folder)
+        lines += [*_press(specimen.presses[0], folder), *_ball_of_its_own(specimen.presses[0])]
     lines.append("[specimens.priors]")
     for at, guess in GUESSES.items():
         if at[0] == "specimens" and (electrical or not guess.electrical):
@@ -119,6 +119,16 @@ def specimen_text(specimen: Pressed, folder: Path, electrical: bool, *, first: b
             else:
                 lines.append(f"# indenter_radius = {GUESSES['indenter', 'radius'].value}{line}")
     return "\n".join(lines)
+
+
+def _ball_of_its_own(press: Press) -> list[str]:
+    """The line to decide on where the name of the only press of a specimen may tell another ball than the other names."""
+    if not press.perhaps:
+        return []
+    value = f'"{press.radius} mm"' if press.radius else GUESSES["indenter", "radius"].value
+    named = press.perhaps.replace('"', "'")
+    task = f"if '{named}' is this ball's radius, take out the first # and this mark; else the line"
+    return [f"# indenter_radius = {value}   {MARK} {task}"]
 
 
 def _press(press: Press, folder: Path) -> list[str]:

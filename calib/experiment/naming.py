@@ -167,6 +167,8 @@ def split_repeat(tokens: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Toke
 
 # Tokens of the size of a ball at most: "r 2.5 mm".
 _SIZE = 3
+# What stands for the rest of a name that has the number of a specimen.
+_NUMBERED = Token("1", "number", 0, 0)
 
 
 def _size_at(own: Sequence[Token], i: int, rest: Sequence[Token]) -> int:
@@ -195,7 +197,7 @@ def is_ball(repeat: Sequence[Token]) -> bool:
 
 
 def _sized(repeat: Sequence[Token]) -> int:
-    return _size_at(repeat, 0, (Token("1", "number", 0, 0),))
+    return _size_at(repeat, 0, (_NUMBERED,))
 
 
 def radius_in_name(repeat: Sequence[Token]) -> str:
@@ -208,6 +210,31 @@ def radius_in_name(repeat: Sequence[Token]) -> str:
         return ""
     half = 1.0 if _RADIUS.fullmatch(repeat[0].text) else 0.5
     return f"{half * float(repeat[1].text):g}"
+
+
+def ball_in_name(tokens: Sequence[Token]) -> tuple[Token, ...]:
+    """The part of a name that is, or may be, the size of a ball, wherever it stands; () if there is none.
+
+    Parameters
+    ----------
+    tokens : of the name.
+
+    >>> [[t.text for t in ball_in_name(tokens_of(name, "force"))] for name in ("sensor r5 press", "5 mm ball s1", "s1 d 3")]
+    [['r', '5'], ['5', 'mm', 'ball'], []]
+    """
+    own = tuple(tokens)
+    for i, token in enumerate(own):
+        if _RADIUS.fullmatch(token.text) or _DIAMETER.fullmatch(token.text):
+            size = _size_at(own, i, (_NUMBERED,))
+            if size:
+                return own[i : i + size]
+        if _BALL.fullmatch(token.text):
+            in_mm = i > 1 and own[i - 1].text == "mm"
+            if i + 1 < len(own) and own[i + 1].role == "number" and not in_mm:
+                return own[i : i + 2 + (i + 2 < len(own) and own[i + 2].text == "mm")]
+            if i > in_mm and own[i - 1 - in_mm].role == "number":
+                return own[i - 1 - in_mm : i + 1]
+    return ()
 
 
 def counts_presses(repeats: Sequence[Sequence[Token]]) -> bool:

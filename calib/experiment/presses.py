@@ -9,7 +9,17 @@ from typing import Literal
 
 from calib.enumeration import first_of
 from calib.experiment.lab_files import Found
-from calib.experiment.naming import Token, counts_presses, is_ball, key_of, radius_in_name, shown, split_repeat, tokens_of
+from calib.experiment.naming import (
+    Token,
+    ball_in_name,
+    counts_presses,
+    is_ball,
+    key_of,
+    radius_in_name,
+    shown,
+    split_repeat,
+    tokens_of,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +33,7 @@ class Press:
     notes : what speaks against it, or why no partner was found, one sentence each.
     name : what the file names call it, among several presses of one specimen; "" for the only one.
     ball : whether that speaks of a ball, which may differ from the others'.
+    perhaps : what in the name of the only press of a specimen may tell its ball, where other names tell others: "r5"; "" else.
     radius : of the ball [mm], as the file names tell it; "" if they do not.
     """
 
@@ -32,6 +43,7 @@ class Press:
     notes: tuple[str, ...] = ()
     name: str = ""
     ball: bool = False
+    perhaps: str = ""
     radius: str = ""
 
     @property
@@ -96,7 +108,8 @@ def specimens_of(presses: Sequence[Press]) -> list[Pressed]:
     groups: dict[object, list[Press]] = {}
     for i, press in enumerate(presses):
         groups.setdefault(_specimen_of(press) or i, []).append(press)
-    return _uniquely_named(_with_hints([s for members in groups.values() for s in _put_together(members)]))
+    found = [s for members in groups.values() for s in _put_together(members)]
+    return _uniquely_named(_with_balls(_with_hints(found)))
 
 
 def _specimen_of(press: Press) -> tuple[str, ...]:
@@ -146,6 +159,22 @@ def _with_hints(specimens: Sequence[Pressed]) -> list[Pressed]:
             specimen = replace(specimen, notes=(*specimen.notes, hint))
         found.append(specimen)
     return found
+
+
+def _with_balls(specimens: Sequence[Pressed]) -> list[Pressed]:
+    """Say of specimens pressed once what in their names may be a ball, where names tell several: "s1 r5", "s2 r8"."""
+    balls = {id(p): ball_in_name(named(p.main).tokens) for s in specimens for p in s.presses if p.force is not None}
+    sizes = {tuple(t.text for t in ball): ball for ball in balls.values() if ball}
+    if len(sizes) < 2 or counts_presses(list(sizes.values())):
+        return list(specimens)
+
+    def asked(press: Press) -> Press:
+        ball = balls.get(id(press), ())
+        if not ball:
+            return press
+        return replace(press, perhaps=shown(press.main.title, ball, instruments=True), radius=radius_in_name(ball))
+
+    return [s if len(s.presses) > 1 else replace(s, presses=(asked(s.presses[0]),)) for s in specimens]
 
 
 def _stem(specimen: Pressed) -> tuple[str, ...]:

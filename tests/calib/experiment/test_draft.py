@@ -277,3 +277,20 @@ def test_the_radius_that_names_tell_of_a_ball_stands_in_the_draft_to_be_checked(
     assert [u.of for u in left] == ["s1", "s1", "s2", "s2"]
     done = text.replace(f'indenter_radius = "8 mm"   {MARK}', 'indenter_radius = "8 mm"   # measured:')
     assert len(unedited_lines(done, tomllib.loads(done), locate_keys(done))) == text.count(MARK) - 1
+
+
+def test_a_ball_that_the_name_of_a_specimen_may_tell_is_open_until_it_is_decided(tmp_path: Path) -> None:
+    for name in ("sensor r5", "sensor r8"):
+        (tmp_path / f"{name} press.csv").write_text(TESTER + _press())
+    looked, _ = look_through([tmp_path])
+    text = experiment_text(pair([record for file in looked for record in file.records]), tmp_path, looked)
+
+    def left(changed: str) -> list[str]:
+        data = tomllib.loads(changed)
+        return [u.of for u in unedited_lines(changed, data, locate_keys(changed)) if u.what == "indenter_radius"]
+
+    assert left(text) == ["sensor r5", "sensor r8"]
+    first, second = [line for line in text.splitlines() if "indenter_radius" in line]
+    decided = text.replace(first, 'indenter_radius = "5 mm"').replace(f"{second}\n", "")
+    assert left(decided) == []
+    assert [s.get("indenter_radius") for s in tomllib.loads(decided)["specimens"]] == ["5 mm", None]

@@ -160,7 +160,7 @@ def _balls(*names: str) -> dict[str, dict[str, tuple[bool, str]]]:
 def test_names_that_differ_in_the_radius_of_a_ball_alone_are_presses_of_one_specimen() -> None:
     assert _balls("s1_r5_force.csv", "s1_r8_force.csv", "s2_r5_force.csv") == {
         "s1": {"r5": (True, "5"), "r8": (True, "8")},
-        "s2_r5": {"": (False, "")},
+        "s2_r5": {"": (False, "5")},
     }
     assert _balls("s3_R2.5mm_F.csv", "s3_R5mm_F.csv") == {"s3": {"R2.5mm": (True, "2.5"), "R5mm": (True, "5")}}
     assert _balls("padA_radius5.csv", "padA_radius3.csv") == {"padA": {"radius5": (True, "5"), "radius3": (True, "3")}}
@@ -184,6 +184,26 @@ def test_names_that_differ_in_the_radius_of_a_ball_alone_are_presses_of_one_spec
 )
 def test_what_may_be_no_radius_of_a_ball_makes_no_presses_of_one_specimen(names: tuple[str, str]) -> None:
     assert all(presses == [""] for presses in _sweeps(*names).values())
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (("sensor r5 press.csv", "sensor r8 press.csv"), [("r5", "5"), ("r8", "8")]),
+        (("s1_r5_force.csv", "s1_r8_force.csv", "s2_r5_force.csv"), [("r5", "5")]),
+        (("s1_r5_b3.csv", "s1_r8_b4.csv"), [("r5", "5"), ("r8", "8")]),
+        (("s1 ball 5mm.csv", "s2 3 mm ball.csv"), [("ball 5mm", ""), ("3 mm ball", "")]),
+        (("s1 d10mm.csv", "s2 dia 16.csv", "s3.csv"), [("d10mm", "5"), ("dia 16", "8"), ("", "")]),
+        (("s1_r5_force.csv", "s2_r5_force.csv"), [("", ""), ("", "")]),  # one ball for all
+        (("ecoflex_r1.csv", "ecoflex_r2.csv", "ecoflex_r3.csv"), [("", "")] * 3),  # replicates
+        (("sensor_d1.csv", "sensor_d7.csv"), [("", "")] * 2),  # days
+    ],
+)
+def test_names_of_specimens_that_may_tell_balls_of_their_own_are_asked_about(
+    names: tuple[str, ...], told: list[tuple[str, str]]
+) -> None:
+    singles = [s.presses[0] for s in pair([_found(n, FORCE) for n in names]) if len(s.presses) == 1]
+    assert [(p.perhaps, p.radius) for p in singles] == told
 
 
 def test_presses_with_balls_have_each_their_capacitance() -> None:
