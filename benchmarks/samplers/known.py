@@ -34,6 +34,7 @@ class Known:
     modes : number of the mode that each of x (n_draw, n) belongs to, (n_draw,); None if there is one.
     groups : columns that are independent of those of other groups, given those in none.
     parts : log density in parts, (n_draw, 1 + n_group), where there are groups.
+    alike : columns of one quantity each, of all groups, where they are tied.
     ends : (n, 2), of values that the coordinates are normal scores of, see `Target`; None if there are none.
     good : whether a sampler is expected to converge on it.
     counted : evaluations so far, one number.
@@ -47,6 +48,7 @@ class Known:
     modes: Callable[[FloatArray], FloatArray] | None = None
     groups: tuple[Indices, ...] = ()
     parts: Callable[[FloatArray], FloatArray] | None = None
+    alike: tuple[Indices, ...] = ()
     ends: FloatArray | None = None
     good: bool = True
     counted: list[int] = field(default_factory=lambda: [0])

@@ -16,6 +16,7 @@ _KINDS = {
     "shared differential evolution": ("the same along the difference of two other walkers", 0.15, 0.05),
     "scales": ("a noise or discrepancy along the difference of two other walkers, the specimens going along", 0.15, 0.05),
     "scales alone": ("a noise or discrepancy along the difference of two other walkers, all else held", 0.15, 0.05),
+    "specimens together": ("all specimens by the same along the difference of two other walkers", 0.15, 0.05),
     "jump": ("whole differences of two walkers, from mode to mode, which are rarely accepted", 0.0, 0.0),
 }
 

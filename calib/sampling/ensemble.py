@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from calib.sampling.grouped import OF_GROUPS, OF_SHARED, GroupedWalkers
+from calib.sampling.grouped import OF_GROUPS, OF_SHARED, TOGETHER, GroupedWalkers
 from calib.sampling.proposal import Proposal
 from calib.sampling.target import Target
 from models.sensor import FloatArray
@@ -34,11 +34,13 @@ if TYPE_CHECKING:
 SHAPELESS = {"differential evolution": 0.9, "jump": 0.1}
 SHAPELY = {"proposal": 0.6, "nearby": 0.2, "differential evolution": 0.2}
 
-#: Shares of the kinds of moves of many groups that are independent of each other given what they share.
+#: Shares of the kinds of moves of many groups that are independent of each other given what they share; and where they are
+#: tied to each other besides, as specimens of one lot are, which then all go together, too.
 GROUPWISE = dict(zip((*OF_GROUPS, *OF_SHARED), (0.2, 0.1, 0.05, 0.05, 0.2, 0.2, 0.2), strict=True))
+OF_LOT = dict(zip((*OF_GROUPS, *OF_SHARED, TOGETHER), (0.1, 0.05, 0.03, 0.07, 0.1, 0.2, 0.2, 0.25), strict=True))
 
 #: All kinds of moves.
-KINDS = ("proposal", "nearby", "differential evolution", "jump", *OF_GROUPS, *OF_SHARED)
+KINDS = ("proposal", "nearby", "differential evolution", "jump", *OF_GROUPS, *OF_SHARED, TOGETHER)
 
 #: Of every so many steps one is kept.
 STORE_EVERY = 2
@@ -191,7 +193,9 @@ def moves_by(target: Target, proposal: Proposal | None) -> Moves:
     """
     if proposal is None:
         return Moves(SHAPELESS)
-    return Moves(GROUPWISE if target.groups else SHAPELY, proposal)
+    if not target.groups:
+        return Moves(SHAPELY, proposal)
+    return Moves(OF_LOT if target.alike else GROUPWISE, proposal)
 
 
 class _Counted:

@@ -7,11 +7,17 @@ or not for all together, so here the errors of the funnel add up over the groups
 discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved one by one, with the
 specimens going along or with all else held.
 
+What specimens of one lot have in common without sharing it, their moduli say, no step of single ones moves by more than they
+differ. So all of them are moved together, too, by the same in each quantity: by how far the means over the specimens of two
+other walkers are apart, and by as much as these two differ in what is shared.
+
 Specimens of one lot are independent given its modulus and spread, too. Those are drawn anew, given where the walkers are,
-before each step (`Target.tie`), and held in it.
+before each step (`Target.tie`), and held in it; but for the steps of all together, which are of the density as it is without.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +26,12 @@ from calib.sampling.funnel import Funnel, Indices
 from calib.sampling.target import Target, Tie
 from models.sensor import BoolArray, FloatArray, IntArray
 
-#: Kinds of moves of groups, and of what they share.
+#: Kinds of moves of groups one by one, and of what they share.
 OF_GROUPS = ("specimens", "specimens nearby")
 OF_SHARED = ("shared", "shared nearby", "shared differential evolution", "scales", "scales alone")
+
+#: The kind of move of all groups by the same.
+TOGETHER = "specimens together"
 
 # Length of a step nearby; 1 would be independent of where it starts.
 _NEARBY = 0.5
@@ -45,6 +54,7 @@ class GroupedWalkers:
         self._group = funnel.block_of_columns
         shared = np.flatnonzero(funnel.block == 0)
         self._scales, self._others = shared[: funnel.n_scale], shared[funnel.n_scale :]  # lines of y
+        self._common = _common(target, funnel.order[self._others])
         self._seen: tuple[FloatArray, FloatArray] | None = None
         self._tie: Tie | None = None
 
@@ -55,7 +65,7 @@ class GroupedWalkers:
 
         Parameters
         ----------
-        kind : of `OF_GROUPS` or `OF_SHARED`.
+        kind : of `OF_GROUPS` or `OF_SHARED`, or `TOGETHER`.
         x : (n_walker, n).
         random : the source of random numbers.
 
@@ -72,6 +82,8 @@ class GroupedWalkers:
             x, parts, accepted = self._step_of_groups(kind, x, parts, random)
         elif kind == "shared differential evolution":
             x, parts, accepted = self._differential_evolution(self._others, False, x, parts, random)
+        elif kind == TOGETHER:
+            x, parts, accepted = self._step_together(x, parts, random)
         elif kind in ("scales", "scales alone"):
             one = self._scales[[random.randint(self._scales.size)]] if self._scales.size else self._scales
             x, parts, accepted = self._differential_evolution(one, kind == "scales alone", x, parts, random)
@@ -136,21 +148,34 @@ class GroupedWalkers:
         accepted = np.zeros((x.shape[0], 1), dtype=bool)
         if not moving.size:
             return x, parts, accepted
-        shuffled = random.permutation(x.shape[0])
-        halves = shuffled[::2], shuffled[1::2]
         length = 2.38 / np.sqrt(2 * moving.size) * random.choice(_LENGTHS)
         columns = self._funnel.order[moving] if alone else moving
-        for own, other in (halves, halves[::-1]):
-            first = random.randint(other.size, size=own.size)
-            second = (first + 1 + random.randint(other.size - 1, size=own.size)) % other.size
-            here, far = (x[rows] if alone else self._funnel.residuals(x[rows]) for rows in (own, other))
+        for own, first, second in _pairs(len(x), random):
+            here, one, another = (x[rows] if alone else self._funnel.residuals(x[rows]) for rows in (own, first, second))
             new = here.copy()
-            new[:, columns] += length * (far[first] - far[second])[:, columns]
+            new[:, columns] += length * (one - another)[:, columns]
             if alone:
                 made = self._accept(x[own], parts[own], new, np.zeros(own.size), random, own)
             else:
                 made = self._step_of_shared(x[own], parts[own], here, new, np.zeros(own.size), random, own)
             x[own], parts[own], accepted[own] = made
+        return x, parts, accepted
+
+    def _step_together(
+        self, x: FloatArray, parts: FloatArray, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Steps of each half of the walkers by the same in all groups, and in what they share, as two others differ."""
+        x, parts = x.copy(), parts.copy()
+        accepted = np.zeros((x.shape[0], 1), dtype=bool)
+        length = 2.38 / np.sqrt(2 * max(1, np.linalg.matrix_rank(self._common))) * random.choice(_LENGTHS)
+        for own, first, second in _pairs(len(x), random):
+            y = x[own] + length * (x[first] - x[second]) @ self._common
+            parts_there = self._target.log_parts(y)
+            gain = np.sum(parts_there, axis=1) - np.sum(parts[own], axis=1)
+            if self._tie is not None:
+                gain += self._tie.log_density(y) - self._tie.log_density(x[own])
+            accepted[own] = (np.log(random.random_sample(gain.size)) < gain)[:, None]
+            x[own], parts[own] = np.where(accepted[own], y, x[own]), np.where(accepted[own], parts_there, parts[own])
         return x, parts, accepted
 
     def _accept(
@@ -168,3 +193,22 @@ class GroupedWalkers:
         gain += np.sum(self._tied(y, rows) - self._tied(x, rows), axis=1)
         accepted = (np.log(random.random_sample(gain.size)) < gain)[:, None]
         return np.where(accepted, y, x), np.where(accepted, parts_there, parts), accepted
+
+
+def _common(target: Target, shared: Indices) -> FloatArray:
+    """What turns a difference of walkers (n,) into a shift by the same in all groups; as it is in shared columns."""
+    found = np.zeros((len(target.names), len(target.names)))
+    found[shared, shared] = 1.0
+    for columns in target.alike:
+        found[np.ix_(columns, columns)] = 1 / columns.size
+    return found
+
+
+def _pairs(n_walker: int, random: np.random.RandomState) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
+    """Each half of the walkers by their numbers, and for each of them two different ones of the other half."""
+    shuffled = random.permutation(n_walker)
+    halves = shuffled[::2], shuffled[1::2]
+    for own, other in (halves, halves[::-1]):
+        first = random.randint(other.size, size=own.size)
+        second = (first + 1 + random.randint(other.size - 1, size=own.size)) % other.size
+        yield own, other[first], other[second]

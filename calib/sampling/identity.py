@@ -14,7 +14,7 @@ from calib.lab import sweeps_to_json
 from calib.priors import prior_from_json
 from calib.problem import LIKELIHOOD_VERSION, Problem, of_lot, scopes_of
 from calib.sampling.coordinates import MANY_SPECIMENS
-from calib.sampling.ensemble import GROUPWISE, SHAPELESS, SHAPELY, STORE_EVERY
+from calib.sampling.ensemble import GROUPWISE, OF_LOT, SHAPELESS, SHAPELY, STORE_EVERY
 from calib.sampling.start import START_VERSION
 
 #: Independent ensembles of a run that is not told their number.
@@ -68,7 +68,7 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "seed": str(seed),
             "ensembles": str(n_ensemble),
             "walkers of an ensemble": str(n_walker or usual_walkers(problem)),
-            _MOVES: json.dumps([SHAPELY, SHAPELESS, GROUPWISE, STORE_EVERY, START_VERSION]),
+            _MOVES: json.dumps([SHAPELY, SHAPELESS, GROUPWISE, OF_LOT, STORE_EVERY, START_VERSION]),
             "version of emcee": version("emcee"),
             "version of the likelihood": str(LIKELIHOOD_VERSION),
             "forward model": f"{forward.name}, {forward.identity}",

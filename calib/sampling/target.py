@@ -89,6 +89,11 @@ class Target(Protocol):
         """
         ...
 
+    @property
+    def alike(self) -> tuple[Indices, ...]:
+        """Coordinates of one quantity each, of all groups that have it, where `tie` ties the groups; () where nothing does."""
+        ...
+
     def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
         """Places to climb from, spread as the prior is, (n_draw, n).
 
@@ -244,6 +249,16 @@ class ProblemTarget:
     def groups(self) -> tuple[Indices, ...]:
         """See `Target`: the unknowns of each specimen, where there are many."""
         return tuple(self.space.scopes.specimens.values())
+
+    @property
+    def alike(self) -> tuple[Indices, ...]:
+        """See `Target`: those of one unknown, of many specimens of one lot."""
+        if not self.groups or not self.space.problem.table.lots:
+            return ()
+        columns: dict[str, list[int]] = {}
+        for k in np.concatenate(self.groups):
+            columns.setdefault(self.space.problem.parameters[k].parameter, []).append(int(k))
+        return tuple(np.array(of_one) for of_one in columns.values())
 
     def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
         """Draws of the prior, (n_draw, n), contact and load zero of every second one near where the readings show them.
