@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import (
-    NOT_USABLE,
     Processes,
     RunFolder,
     Strict,
@@ -18,6 +17,7 @@ from calib.cli.common import (
     err,
     exit_by,
     loaded,
+    not_usable,
     out,
     refusing_bad_input,
     say,
@@ -109,7 +109,7 @@ def batch(
         except NotUsableError as error:
             say_verdict(error.verdict, status_in_words(error.verdict))
             err().print(f"Error: {error}", style="red", markup=False, soft_wrap=True)
-            raise typer.Exit(NOT_USABLE) from None
+            raise not_usable("the lot's own run must not be used, and nothing was inspected") from None
         _say(made, into)
     exit_by(made.verdict, strict)
 

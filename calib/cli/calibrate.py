@@ -13,12 +13,12 @@ import typer
 
 from calib.cli.common import (
     BUDGET,
-    NOT_USABLE,
     Strict,
     as_given,
     counting,
     err,
     exit_by,
+    not_usable,
     out,
     paging,
     pasted,
@@ -156,7 +156,7 @@ def calibrate(
         except NothingSampled as nothing:
             more = _resuming(experiment, output, {**given, "--budget": BUDGET})
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
-            raise typer.Exit(NOT_USABLE) from None
+            raise not_usable("the budget ended before there was a result") from None
         with telling(output):
             _say(output, done.run)
             if not done.run.posterior.diagnostics.converged:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, BUDGET, NOT_USABLE, err, out, pasted, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import BAD_INPUT, BUDGET, not_usable, out, pasted, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -52,10 +52,10 @@ def check(
         else:
             _say(found, experiment)
     colour = found.verdict.colour
-    if colour == "amber" and not as_json:
-        err().print(f"Exit code {NOT_USABLE}: something is doubtful; it may be calibrated all the same.", markup=False)
-    if colour != "green":
-        raise typer.Exit(BAD_INPUT if colour == "red" else NOT_USABLE)
+    if colour == "amber":
+        raise not_usable("something is doubtful; it may be calibrated all the same")
+    if colour == "red":
+        raise typer.Exit(BAD_INPUT)
 
 
 def _say(found: Check, path: Path) -> None:

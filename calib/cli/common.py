@@ -127,10 +127,18 @@ def exit_by(verdict: Verdict, strict: bool) -> None:
     """
     if verdict.colour == "red" or (strict and verdict.colour == "amber"):
         amber = ", which --strict does not accept" if verdict.colour == "amber" else ": do not use the numbers"
-        err().print(
-            f"Exit code {NOT_USABLE}: all is written, but the verdict is {verdict.colour}{amber}.", markup=False, soft_wrap=True
-        )
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable(f"all is written, but the verdict is {verdict.colour}{amber}")
+
+
+def not_usable(why: str) -> typer.Exit:
+    """Say on the last line of standard error why the exit code is 3, and give what leaves with it.
+
+    Parameters
+    ----------
+    why : without a full stop.
+    """
+    err().print(f"Exit code {NOT_USABLE}: {why}.", markup=False, soft_wrap=True)
+    return typer.Exit(NOT_USABLE)
 
 
 @contextmanager

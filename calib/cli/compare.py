@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BUDGET, NOT_USABLE, as_given, err, loaded, out, pasted, refusing_bad_input, say, say_average
+from calib.cli.common import BUDGET, as_given, err, loaded, not_usable, out, pasted, refusing_bad_input, say, say_average
 from calib.cli.progress import progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -73,8 +73,7 @@ def compare(
         for doubt in doubts:
             err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
     if doubts:
-        err().print(f"Exit code {NOT_USABLE}: all is written, but see the warnings above.", markup=False, soft_wrap=True)
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable("all is written, but see the warnings above")
 
 
 def _runs(paths: Sequence[Path], output: Path | None) -> Sequence[str]:
@@ -148,7 +147,7 @@ def _rivals(
         )
     except NothingSampled as nothing:
         err().print(f"{nothing} Give it a larger --budget.", style="red", markup=False, soft_wrap=True)
-        raise typer.Exit(NOT_USABLE) from None
+        raise not_usable("the budget ended before there was a result") from None
     _show(rivalry.candidates, rivalry.ruled_out)
     say(rivalry.in_words)
     if rivalry.average is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, err, loaded, out, refusing_bad_input, say, table
+from calib.cli.common import loaded, not_usable, out, refusing_bad_input, say, table
 from calib.errors import Fault, InputError
 from calib.files import require_writable
 
@@ -57,10 +57,8 @@ def diff(
             if output is not None:
                 say(f"Written: {output}")
         red = [name for name, colour in zip(found.names, found.colours, strict=True) if colour == "red"]
-        for name in red:
-            err().print(f"Warning: the verdict on {name} is red: its numbers must not be used", style="yellow", markup=False)
     if red:
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable(f"the verdict on {' and on '.join(red)} is red: its numbers must not be used")
 
 
 def _show(found: Difference) -> None:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import typer
-
-from calib.cli.common import NOT_USABLE, out, refusing_bad_input, say
+from calib.cli.common import not_usable, out, refusing_bad_input, say
 
 if TYPE_CHECKING:
     from calib.runs import Examined
@@ -36,7 +34,7 @@ def doctor() -> None:
         beside = f"; {missing} things that are optional are not there" if missing else ""
         say(f"{broken} things do not work here." if broken else f"Calibrations work here{beside}.")
     if broken:
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable("calibrations do not work here before what is said above is done")
 
 
 def _say(one: Examined) -> None:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from calib.cli.common import (
-    NOT_USABLE,
     RunFolder,
     Strict,
     err,
     exit_by,
     loaded,
+    not_usable,
     out,
     quantity,
     refusing_bad_input,
@@ -216,7 +216,7 @@ def _usable() -> Iterator[None]:
     except NotUsableError as error:
         say_verdict(error.verdict, status_in_words(error.verdict))
         err().print(f"Error: {error}", style="red", markup=False, soft_wrap=True)
-        raise typer.Exit(NOT_USABLE) from None
+        raise not_usable("the run must not be used, and nothing was written") from None
 
 
 def _show(made: GripperTables) -> None:

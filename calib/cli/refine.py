@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import (
-    NOT_USABLE,
     Processes,
     RunFolder,
     counting,
     loaded,
+    not_usable,
     out,
     refusing_bad_input,
     say,
@@ -115,7 +115,7 @@ def refine(
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
     if not stands(posterior, refined.reweighting):
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable("the draws of this run must not be used: see the reasons above")
 
 
 def _say(posterior: Posterior, refined: Refinement) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, err, quantity, refusing_bad_input, say
+from calib.cli.common import err, not_usable, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
 from calib.files import require_writable, write_text
 
@@ -184,7 +184,7 @@ def _simulate_fem(
         reached, reason = solution.states[-1].depth * solution.units.length, solution.failure.reason
         message = f"Ended early: no equilibrium beyond an indentation of {reached * 1e3:.4g} mm: {reason}"
         err().print(message, style="red", markup=False, soft_wrap=True)
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable("the curve ends before what was asked for")
 
 
 def _solve(elements: FiniteElements, design: Design | LayeredDesign, path: _Path) -> Solution:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, refusing_bad_input, say
+from calib.cli.common import not_usable, refusing_bad_input, say
+from calib.enumeration import first_of
 
 if TYPE_CHECKING:
     from calib.runs import Received
@@ -71,7 +72,7 @@ def verify(
                 else f"All {len(findings)} files are as they were."
             )
     if wrong:
-        raise typer.Exit(NOT_USABLE)
+        raise not_usable(f"{first_of([f.name for f in wrong])} {'is' if len(wrong) == 1 else 'are'} not as written")
 
 
 def _say_received(received: Received, n_wrong: int) -> None:

@@ -21,7 +21,7 @@ from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
-from calib.cli import app
+from calib.cli import app, common
 from calib.cli.common import refusing_bad_input
 from calib.cli.surrogate import STEPS, FamilyName
 from calib.decision.requirement import Requirement
@@ -80,6 +80,13 @@ def _run(*words: object, stages: Stages | None = None) -> Result:
 def _said(result: Result) -> str:
     """What was said on stderr, on one line."""
     return " ".join(result.stderr.split())
+
+
+def test_no_command_leaves_with_3_but_by_saying_why() -> None:
+    # That is `not_usable`, whose sentence is the last on standard error; what the sentences say is tested with each command.
+    texts = {path.name: path.read_text(encoding="utf-8") for path in Path(common.__file__).parent.glob("*.py")}
+    assert [name for name, text in texts.items() if "NOT_USABLE" in text] == ["common.py"]
+    assert texts["common.py"].count("Exit(NOT_USABLE)") == 1
 
 
 @pytest.fixture(scope="module")
