@@ -2,7 +2,7 @@
 
 from calib.checks.average import NOTICEABLE, AverageMember, average_models, forward_of_average
 from calib.checks.belonging import belongs
-from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts
+from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts, reservations, unusable
 from calib.checks.departures import BAYES_LIMITS, Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
@@ -160,6 +160,7 @@ __all__ = [
     "replicate_from_plain",
     "replicate_to_plain",
     "require_own_surrogate",
+    "reservations",
     "reweight",
     "scaled",
     "sensitivity_of_headlines",
@@ -171,6 +172,7 @@ __all__ = [
     "tare_to_text",
     "training_points",
     "unedited_reasons",
+    "unusable",
     "verdict_from_plain",
     "verdict_of",
     "ways_out",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.catalogue import QUANTITIES
 from calib.checks.left_out import leave_out_exactly
+from calib.checks.verdict import Verdict
 from calib.digits import with_uncertainty
 from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
@@ -142,3 +143,32 @@ def comparison_in_words(candidates: Sequence[ComparedModel]) -> str:
         f"{high.value_of('young_modulus')} by {high.name}: what is not known of the model is part of what is not known of it."
     )
     return f"{said} Worse: {ruled_out}." if worse else said
+
+
+def reservations(candidates: Sequence[ComparedModel], verdicts: Mapping[str, Verdict]) -> list[str]:
+    """Say what the verdicts have against the models that predict best, in sentences; those that predict worse are out anyway.
+
+    Parameters
+    ----------
+    candidates : best first.
+    verdicts : name of the run -> verdict on it.
+    """
+    found = []
+    for c in candidates:
+        verdict = verdicts[c.name]
+        if verdict.reasons and not c.decided:
+            first, *more = verdict.reasons
+            besides = f"; and {len(more)} more" if more else ""
+            found.append(f"The verdict on {c.name} is {verdict.colour}: {first.finding}{besides}.")
+    return found
+
+
+def unusable(candidates: Sequence[ComparedModel], verdicts: Mapping[str, Verdict]) -> list[str]:
+    """Name those of the models that predict best of which the numbers must not be used, in a sentence each.
+
+    Parameters
+    ----------
+    candidates, verdicts : as in `reservations`.
+    """
+    red = [c.name for c in candidates if not c.decided and verdicts[c.name].colour == "red"]
+    return [f"the verdict on {name} is red: its numbers must not be used" for name in red]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,11 +17,11 @@ from calib.errors import Fault, InputError, in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
-    from calib.checks import ComparedModel, Standing
+    from calib.checks import ComparedModel, Standing, Verdict
     from calib.experiment import Variant
     from calib.runs import Forecast, Watch
 
-_COLUMNS = ("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "of the padding", "stiffening")
+_COLUMNS = ("run", "model", "verdict", "elpd behind", "largest k-hat", "Young's modulus", "of the padding", "stiffening")
 
 
 def compare(
@@ -55,7 +55,8 @@ def compare(
     FOLDER/average as `calib average` does.
 
     Exit codes: 0 done; 2 no usable experiment or runs there, or of different data; 3 done, but a run has not converged, its
-    surrogate is off by more than it states, or a block cannot be left out (k-hat), and saying so; 130 stopped from the
+    surrogate is off by more than it states, a block cannot be left out (k-hat), or the verdict on one of the models that
+    predict best is red, and saying so; 130 stopped from the
     keyboard, 143 by SIGTERM, what was computed is kept.
     """
     given = {
@@ -78,19 +79,21 @@ def compare(
 
 def _runs(paths: Sequence[Path], output: Path | None) -> Sequence[str]:
     """Compare runs that are there; the reasons why the comparison cannot be trusted."""
-    from calib.checks import compare_runs, comparison_in_words, doubts
+    from calib.checks import compare_runs, comparison_in_words, doubts, reservations, unusable
 
     if output is not None:
         raise InputError(Fault("-o is for an experiment file: runs are compared where they are", advice="Leave it out"))
     if len(paths) < 2:
         raise InputError(Fault("give at least two runs to compare, or one experiment file (.toml)"))
-    candidates = compare_runs(
-        [(str(path), run.posterior, run.forward) for path, run in ((path, loaded(path)) for path in paths)]
-    )
-    _show(candidates)
+    runs = {str(path): loaded(path) for path in paths}
+    candidates = compare_runs([(name, run.posterior, run.forward) for name, run in runs.items()])
+    verdicts = {name: run.verdict for name, run in runs.items()}
+    _show(candidates, verdicts)
     say(comparison_in_words(candidates))
+    for reservation in reservations(candidates, verdicts):
+        say(reservation)
     say(f"To average them: {pasted(['calib average', *map(in_shell_path, paths)], {'-o': Path('averaged')})}")
-    return doubts(candidates)
+    return [*doubts(candidates), *unusable(candidates, verdicts)]
 
 
 def _rivals(
@@ -148,23 +151,28 @@ def _rivals(
     except NothingSampled as nothing:
         err().print(f"{nothing} Give it a larger --budget.", style="red", markup=False, soft_wrap=True)
         raise not_usable("the budget ended before there was a result") from None
-    _show(rivalry.candidates, rivalry.ruled_out)
+    _show(rivalry.candidates, {name: run.verdict for name, run in rivalry.runs.items()}, rivalry.ruled_out)
     say(rivalry.in_words)
+    for reservation in rivalry.reservations:
+        say(reservation)
     if rivalry.average is not None:
         say_average(rivalry.average)
         say(f"Their average is a run like any other: {rivalry.average.folder}")
+    if rivalry.chosen.verdict.colour != "red":
+        say(f"To go on: {pasted(['calib recommend', in_shell_path(rivalry.chosen.folder)], {})}")
     return rivalry.doubts
 
 
-def _show(candidates: Sequence[ComparedModel], ruled_out: Sequence[Standing] = ()) -> None:
+def _show(candidates: Sequence[ComparedModel], verdicts: Mapping[str, Verdict], ruled_out: Sequence[Standing] = ()) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
 
     table = Table(*_COLUMNS, box=SIMPLE_HEAD)
     for candidate in candidates:
-        table.add_row(*map(escape, candidate.row))
+        name, model, *rest = candidate.row
+        table.add_row(*map(escape, (name, model, verdicts[candidate.name].colour, *rest)))
     for standing in ruled_out:
         factor = f"ruled out, 1 : 10^{-standing.log_bayes / math.log(10):.0f}"
-        table.add_row(*map(escape, (standing.variant.name, standing.model, factor, *["-"] * 4)))
+        table.add_row(*map(escape, (standing.variant.name, standing.model, "-", factor, *["-"] * 4)))
     out().print(table)

@@ -8,7 +8,17 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from calib.checks import BEYOND_DOUBT, ComparedModel, Standing, compare_runs, comparison_in_words, doubts, standings
+from calib.checks import (
+    BEYOND_DOUBT,
+    ComparedModel,
+    Standing,
+    compare_runs,
+    comparison_in_words,
+    doubts,
+    reservations,
+    standings,
+    unusable,
+)
 from calib.errors import InputError
 from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
@@ -54,12 +64,14 @@ class Rivalry:
     Attributes
     ----------
     candidates : the models that were calibrated, best first.
+    runs : name of each of them -> its run.
     failed : name of a model that could not be -> why.
     average : over those that were; None if there is one alone, or it could not be made.
     ruled_out : how those stand that were not calibrated, as the data rule them out beyond doubt.
     """
 
     candidates: tuple[ComparedModel, ...]
+    runs: Mapping[str, Run]
     failed: Mapping[str, str]
     average: Run | None = None
     ruled_out: tuple[Standing, ...] = ()
@@ -73,9 +85,21 @@ class Rivalry:
         return f"{said} Ruled out by first answers, and not calibrated: {'; '.join(s.in_words for s in self.ruled_out)}."
 
     @property
+    def reservations(self) -> list[str]:
+        """What the verdicts have against the models that predict best, in sentences."""
+        return reservations(self.candidates, {name: run.verdict for name, run in self.runs.items()})
+
+    @property
+    def chosen(self) -> Run:
+        """The run to go on with: the average, or the only one."""
+        return self.average or self.runs[self.candidates[0].name]
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """Why the comparison cannot be trusted, in sentences; none if it can."""
-        return (*doubts(self.candidates), *(f"{name} was not made: {why}" for name, why in self.failed.items()))
+        verdicts = {name: run.verdict for name, run in self.runs.items()}
+        not_made = (f"{name} was not made: {why}" for name, why in self.failed.items())
+        return (*doubts(self.candidates), *unusable(self.candidates, verdicts), *not_made)
 
 
 def calibrate_rivals(
@@ -174,11 +198,12 @@ def calibrate_rivals(
         )
         if page_error is not None:
             failed["the page of the average"] = str(page_error)
-    rivalry = Rivalry(candidates, failed, average, ruled_out)
+    rivalry = Rivalry(candidates, runs, failed, average, ruled_out)
     rows = [{"name": c.name, "model": c.model, "behind": c.behind, "error": c.error} for c in rivalry.candidates]
     out = [{"name": s.variant.name, "model": s.model, "log_bayes": s.log_bayes, "against": s.foremost} for s in ruled_out]
     content = {
         "said": rivalry.in_words,
+        "reservations": rivalry.reservations,
         "doubts": list(rivalry.doubts),
         "candidates": rows,
         "ruled_out": out,

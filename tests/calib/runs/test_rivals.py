@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from small_run import BLOCK, QUICK, in_small_steps, make_lab
 
-from calib.checks import BEYOND_DOUBT, standings
+from calib.checks import BEYOND_DOUBT, Reason, Verdict, standings
 from calib.cli import app
 from calib.errors import InputError
 from calib.experiment import AS_GIVEN, candidates_of, read_experiment, variants_of
 from calib.priors import Fixed
 from calib.problem import Problem
-from calib.runs import Watch, calibrate_rivals, load_run, verify
+from calib.runs import Run, Watch, calibrate_rivals, load_run, verify
 from calib.runs.preview import problem_of
 from calib.sampling import Posterior, load_posterior, sample
 from models.sensor import design_from
@@ -118,8 +118,12 @@ def test_what_first_answers_rule_out_beyond_doubt_is_named_with_its_factor_and_n
     assert ruled_out is not None
     assert int(ruled_out[1]) > BEYOND_DOUBT / math.log(10)
     # In the table, too, whose cells are broken where they are narrow.
-    assert re.search(rf"as-given +neo-Hookean, +ruled out, 1 : .*?10\^{ruled_out[1]} ", said.replace("\n", " ")), result.output
+    assert re.search(rf"as-given +neo-Hookean, +- +ruled out, 1 : .*?10\^{ruled_out[1]} ", said.replace("\n", " ")), (
+        result.output
+    )
     assert "slippery surrogate) is the one model that was calibrated" in said
+    verdict = load_run(lab / "models" / "slippery").verdict
+    assert (f"To go on: calib recommend {lab / 'models' / 'slippery'}" in said) is (verdict.colour != "red")
     assert sorted(path.name for path in (lab / "models").iterdir()) == ["comparison.json", "slippery"]
     kept = json.loads((lab / "models" / "comparison.json").read_text(encoding="utf-8"))
     assert [(row["name"], row["against"]) for row in kept["ruled_out"]] == [("as-given", "slippery")]
@@ -146,6 +150,22 @@ def test_what_was_said_is_kept(compared: tuple[Path, str]) -> None:
     kept = json.loads((lab / "models" / "comparison.json").read_text(encoding="utf-8"))
     assert kept["said"] in said
     assert {row["name"] for row in kept["candidates"]} == {AS_GIVEN, "own-padding"}
+
+
+def test_what_the_verdicts_have_against_the_models_that_predict_best_is_said(
+    compared: tuple[Path, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab, said = compared
+    assert f"To go on: calib recommend {lab / 'models' / 'average'}" in said
+    red = Verdict((Reason("misfit", "red", "the force falls behind", "Look at it"), Reason("files", "amber", "x", "y")))
+    own = lab / "models" / "own-padding"
+    usual = vars(Run)["verdict"].func
+    monkeypatch.setattr(Run, "verdict", property(lambda run: red if run.folder == own else usual(run)))
+    again = CliRunner().invoke(app, ["compare", str(lab / "models" / AS_GIVEN), str(own)], env={"COLUMNS": "300"})
+    told = " ".join(again.output.split())
+    assert again.exit_code == 3, told
+    assert f"The verdict on {own} is red: the force falls behind; and 1 more." in told
+    assert f"Warning: the verdict on {own} is red: its numbers must not be used" in told
 
 
 def test_the_models_are_averaged_into_a_run_of_its_own(compared: tuple[Path, str]) -> None:
