@@ -25,6 +25,7 @@ from calib.cli.common import (
     table,
 )
 from calib.cli.stopping import when_stopped
+from calib.enumeration import first_of
 
 if TYPE_CHECKING:
     from calib.decision import Batch
@@ -111,6 +112,8 @@ def batch(
             err().print(f"Error: {error}", style="red", markup=False, soft_wrap=True)
             raise not_usable("the lot's own run must not be used, and nothing was inspected") from None
         _say(made, into)
+    if red := [row.name for row in made.rows if row.light == "red"]:
+        raise not_usable(f"all is written, and red {'is' if len(red) == 1 else 'are'} {first_of(red)}: set them aside")
     exit_by(made.verdict, strict)
 
 

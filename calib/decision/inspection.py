@@ -32,6 +32,7 @@ from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
 from calib.errors import Fault, InputError
 from calib.experiment import (
     Experiment,
+    Press,
     Pressed,
     Specification,
     Specimen,
@@ -87,7 +88,8 @@ class Inspected:
     verdict : whether its numbers may be used, and what speaks against that, be it its own or its lot's (`OF_LOT`).
     how : by weighted draws of the lot, by chains of the lot with the newcomer in it, or not at all.
     k_hat, effective : of the weights: shape of their tail, and how many independent draws they are worth.
-    estimates : quantity -> mean, sd, and ends of the central 90 %, SI; with "signal" and "stroke" at the load `force`.
+    estimates : quantity -> mean, sd, and ends of the central 90 %, SI; with "signal" and "stroke" at the load `force`. None
+        where the verdict is red: what must not be used is not stated.
     force : [N], at which the signal is told.
     strangers : how far it lies off what the lot lets one expect.
     fits : channel -> posterior predictive p-value, of the worst press.
@@ -124,11 +126,11 @@ class Inspected:
 
     @property
     def belongs(self) -> Belongs:
-        """Whether it belongs to its lot; "not told" where that is not seen, or where one of another kind could pass for it."""
+        """Whether it belongs to its lot; "not told" where it was not measured so, or one of another kind could pass for it."""
         gates = {reason.gate for reason in self.verdict.reasons}
         if "belongs" in gates:
             return "no"
-        return "not told" if "spread" in gates or not self.strangers or self.verdict.colour == "red" else "yes"
+        return "not told" if gates & {"spread", "channels"} or not self.strangers or self.verdict.colour == "red" else "yes"
 
     @property
     def set_aside(self) -> bool:
@@ -211,6 +213,7 @@ def presented(pressed: Pressed, template: Specimen, experiment: Experiment, reas
             finding = f'the names of its files may tell a ball of its own ("{press.perhaps or press.name}")'
             radius = f"{like.indenter_radius * 1e3:g} mm radius"
             found.append(Reason("files", "amber", finding, f"Make sure that it was the ball of the lot, of {radius}"))
+        found += _alone(press)
         of_press = [(like.force_reading, press.force), (like.capacitance_reading, press.capacitance)]
         readings = [replace(said, specimen=None if r is None else r.reading.specimen, sheet="") for said, r in of_press]
         force, capacitance = (None if r is None else r.table.path for _, r in of_press)
@@ -318,17 +321,19 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         s = inspection.specification
         conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
         beyond = list(_beyond(posterior, s, newcomer.forward, seed))
+    verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *beyond])
+    usable = verdict.colour != "red"
     return replace(
         blank,
-        verdict=verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *beyond]),
+        verdict=verdict,
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,
-        estimates=_estimates(found, newcomer.name) | _of_draws(signal, stroke),
+        estimates=_estimates(found, newcomer.name) | _of_draws(signal, stroke) if usable else {},
         force=inspection.force,
         strangers=strangers,
         fits=_fits(predictions),
-        conformity=conformity,
+        conformity=conformity if usable else None,
     )
 
 
@@ -382,8 +387,16 @@ def _unpaired(newcomer: Newcomer) -> Iterator[Reason]:
         if f"{channel}_noise" in newcomer.lot.values and channel not in there:
             finding = f"there is no {channel} of it: what that would tell is what the lot lets one expect"
             yield Reason(
-                "files", "amber", finding, "Put its file beside the other, with the same name but for the instrument's"
+                "channels", "amber", finding, "Put its file beside the other, with the same name but for the instrument's"
             )
+
+
+def _alone(press: Press) -> Iterator[Reason]:
+    """A meter's file that belongs to no press: nothing ties its readings to a depth."""
+    meter = press.capacitance
+    if press.force is None and meter is not None and not {"force", "displacement"} & set(meter.table.columns):
+        finding = f"{meter.shown} belongs to no press: there is no file of the tester with its name, or of its time"
+        yield Reason("files", "red", finding, "Put that beside it, with the same name but for the instrument's, or move it out")
 
 
 # A specimen whose material is off by this factor has to be told from those of the lot.

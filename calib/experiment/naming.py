@@ -17,14 +17,15 @@ _ROLES: tuple[tuple[Role, re.Pattern[str]], ...] = (
         "force",
         re.compile(
             r"force\w*|load|press\w*|indent(?:ation|ations|ing)?|compress\w*|comp|kraft\w*|druck\w*|instron\w*|bluehill|zwick\w*|"
-            r"roell|testxpert|mts|mecmesin|shimadzu|utm|tester|displacement|travel|weg|fd|fz|mach|力|压力|荷重|試験力"
+            r"roell|testxpert|mts|mecmesin|shimadzu|utm|tester|displacement|travel|weg|fd|fz|mach|zug\w*|tensile|prüfmaschine|"
+            r"pruefmaschine|力|压力|荷重|試験力"
         ),
     ),
     (
         "capacitance",
         re.compile(
-            r"cap|caps|capacit\w*|kap|kapazit\w*|lcr\w*|hioki\w*|keysight|agilent|gw|instek|gwinstek|wayne|kerr|impedan\w*|cf|"
-            r"cp|cs|电容|容量|静電容量|im35\d\d|e4980al?"
+            r"cap|caps|capacit\w*|kap|kapazit\w*|lcr\w*|hioki\w*|keysight|agilent|gw|instek|gwinstek|wayne|kerr|impedan\w*|cf|meter|"
+            r"bridge|messbrücke|cp|cs|电容|容量|静電容量|im35\d\d|e4980al?"
         ),
     ),
     (

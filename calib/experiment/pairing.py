@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -33,13 +33,16 @@ def pair(records: Sequence[Found]) -> list[Pressed]:
     """Put records of force and capacitance together that belong to one press, and presses that belong to one specimen.
 
     Names go first: two files belong together if their names agree but for words such as instron and lcr, dates, and "sensor"
-    before a number; the numbers in them must agree. Of those left over, two belong together if they began within `TOGETHER` of
+    before a number; the numbers in them must agree. So do those that agree but for words that all files of one instrument have
+    and none of the other. Of those left over, two belong together if they began within `TOGETHER` of
     each other. Where more than one could be meant none is taken, and the press says so.
     """
     both = [r for r in records if r.is_force and r.is_capacitance]
     lcr = [named(r) for r in records if r.is_capacitance and r not in both]
     tester = [named(r) for r in records if r not in both and not r.is_capacitance]
     partner, why = _by_name(tester, lcr)
+    for i, (j, said) in _by_words_of_instruments(tester, lcr, partner).items():
+        partner[i], why[i] = j, said
     if len(tester) == len(lcr) == 1 and not partner and not _contradict(tester[0], lcr[0]):
         partner[0], why[0] = 0, "paired as the only two: check"
     for i, j in _by_time(tester, lcr, partner).items():
@@ -69,6 +72,37 @@ def _by_name(tester: Sequence[Named], lcr: Sequence[Named]) -> tuple[dict[int, i
         more = sorted(set(_KEYS[-1](tester[i])) ^ set(_KEYS[-1](lcr[j])))
         partner[i], why[i] = j, f'paired by name, though only one has "{" ".join(more)}": check'
     return partner, why
+
+
+def _by_words_of_instruments(
+    tester: Sequence[Named], lcr: Sequence[Named], taken: Mapping[int, int]
+) -> dict[int, tuple[int, str]]:
+    """Pairs of names that agree but for words that all files of one instrument have and none of the other, and why.
+
+    That of one file of each such a word is the instrument's may be chance, and is to be checked.
+    """
+    words = [[set(_words(n)) for n in side] for side in (tester, lcr)]
+    if not all(words):
+        return {}
+    of_tester = set.intersection(*words[0]) - set.union(*words[1])
+    of_lcr = set.intersection(*words[1]) - set.union(*words[0])
+    if not of_tester and not of_lcr:
+        return {}
+
+    def agree(a: Named, b: Named) -> bool:
+        one, other = (tuple(t for t in _KEYS[-1](n) if t not in of_tester | of_lcr) for n in (a, b))
+        return one == other != ()
+
+    told = " and ".join(f'"{word}"' for word in (*sorted(of_tester), *sorted(of_lcr)))
+    said = f"paired by name, taking {told} for words of the instruments" + (
+        ": check" if len(tester) == 1 or len(lcr) == 1 else ""
+    )
+    return {i: (j, said) for i, j in _one_to_one(tester, lcr, taken, agree).items()}
+
+
+def _words(name: Named) -> Iterator[str]:
+    """The words of a name that tell specimens apart as far as is known, without those that stand before their numbers."""
+    return (text for text in _KEYS[-1](name) if not text[:1].isdecimal())
 
 
 def _has_more_words(a: Named, b: Named) -> bool:

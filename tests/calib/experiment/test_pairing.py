@@ -135,6 +135,33 @@ def test_records_that_began_hours_apart_or_last_differently_are_to_be_checked() 
     assert alike.presses[0].in_words == "paired by name"
 
 
+@pytest.mark.parametrize(
+    ("force", "capacitance", "names", "why"),
+    [
+        (["P1_Zug.csv", "P2_Zug.csv"], ["P1_Meter.csv", "P2_Meter.csv"], ["P1", "P2"], "paired by name"),
+        (
+            ["P1_oben.csv", "P2_oben.csv"],
+            ["P1_box.csv", "P2_box.csv"],
+            ["P1_oben", "P2_oben"],
+            'paired by name, taking "oben" and "box" for words of the instruments',
+        ),
+        (["P1_a.csv"], ["P1_b.csv"], ["P1_a"], 'paired by name, taking "a" and "b" for words of the instruments: check'),
+    ],
+)
+def test_words_that_all_files_of_one_instrument_have_tell_no_specimens_apart(
+    force: list[str], capacitance: list[str], names: list[str], why: str
+) -> None:
+    found = pair([*(_found(n, FORCE) for n in force), *(_found(n, CAPACITANCE) for n in capacitance)])
+    assert [s.name for s in found] == names
+    assert {s.presses[0].why for s in found} == {why}
+
+
+def test_words_that_tell_specimens_apart_are_none_of_instruments() -> None:
+    found = pair([*(_found(n, FORCE) for n in ("left.csv", "right.csv")), _found("top.csv", CAPACITANCE)])
+    assert all(s.presses[0].force is None or s.presses[0].capacitance is None for s in found)
+    assert len(found) == 3
+
+
 def _sweeps(*names: str) -> dict[str, list[str]]:
     return {s.name: [p.name for p in s.presses] for s in pair([_found(n, FORCE) for n in names])}
 

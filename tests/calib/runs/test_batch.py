@@ -69,12 +69,14 @@ def _judged(run: Run, verdict: Verdict) -> Run:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, a link to itself, a picture."""
+    """Two sound specimens, one much stiffer, one without a meter, one with it alone, a copy, a torn file, a link, a picture."""
     folder = tmp_path_factory.mktemp("lab")
     _press(folder, "s01", 1)
     _press(folder, "s02", 2)
     _press(folder, "s03", 3, modulus=1.9e6)
     _press(folder, "s04", 4, meter=False)
+    _press(folder, "s08", 8)
+    (folder / "s08_press.csv").unlink()
     for kind in ("press", "cap"):
         shutil.copy(folder / f"s02_{kind}.csv", folder / f"s05_{kind}.csv")
     (folder / "s06_press.csv").write_bytes(b"\x07\x00\x9f torn off here" * 20)
@@ -138,6 +140,26 @@ def test_a_specimen_without_its_meter_is_no_better_than_amber(made: tuple[Batch,
     row = _row(made[0], "s04")
     assert row.light == "amber"
     assert "no capacitance" in row.verdict.reasons[0].finding
+    assert row.belongs == "not told"
+
+
+def test_a_meter_file_that_belongs_to_no_press_is_named(made: tuple[Batch, Path]) -> None:
+    row = _row(made[0], "s08")
+    assert row.light == "red"
+    assert "s08_cap.csv" in row.verdict.reasons[0].finding
+
+
+def test_no_number_stands_anywhere_of_what_must_not_be_used(made: tuple[Batch, Path]) -> None:
+    batch, folder = made
+    red = [row for row in batch.rows if row.verdict.colour == "red"]
+    assert {"s02", "s03"} <= {row.name for row in red}
+    with (folder / "batch.csv").open(encoding="utf-8", newline="") as file:
+        cells = {line["specimen"]: line for line in csv.DictReader(file)}
+    assert cells["s01"]["young_modulus"] != ""
+    for row in red:
+        assert not row.estimates
+        assert row.conformity is None
+        assert {cells[row.name][name] for name in ("young_modulus", "signal", "probability_of_conformity")} == {""}
 
 
 def test_copies_are_red_on_both_sides_and_a_torn_file_is_a_red_row(made: tuple[Batch, Path]) -> None:
@@ -332,6 +354,7 @@ def test_the_command_says_the_lights_and_ends_with_3_where_one_is_red(run: Run, 
     said = " ".join((result.stdout + result.stderr).split())
     assert result.exit_code == 3, said
     assert "The specimen is not shown to conform to the specification: s01" in said
+    assert result.stderr.splitlines()[-1] == "Exit code 3: all is written, and red is s01: set them aside."
     assert sorted(p.name for p in (tmp_path / "lab_batch").iterdir()) == [
         "batch.csv",
         "batch.html",
