@@ -81,11 +81,12 @@ def _by_words_of_instruments(
 
     That of one file of each such a word is the instrument's may be chance, and is to be checked.
     """
-    words = [[set(_words(n)) for n in side] for side in (tester, lcr)]
-    if not all(words):
+    if not tester or not lcr:
         return {}
-    of_tester = set.intersection(*words[0]) - set.union(*words[1])
-    of_lcr = set.intersection(*words[1]) - set.union(*words[0])
+    words = [[frozenset(_words(n)) for n in side] for side in (tester, lcr)]
+    in_tester, in_lcr = (frozenset[str]().union(*side) for side in words)
+    of_tester, of_lcr = (side[0].intersection(*side) for side in words)
+    of_tester, of_lcr = of_tester - in_lcr, of_lcr - in_tester
     if not of_tester and not of_lcr:
         return {}
 

@@ -75,8 +75,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     _press(folder, "s02", 2)
     _press(folder, "s03", 3, modulus=1.9e6)
     _press(folder, "s04", 4, meter=False)
-    _press(folder, "s08", 8)
-    (folder / "s08_press.csv").unlink()
+    log = pd.DataFrame({"Time (s)": np.arange(50.0), "Cp (pF)": 97.0 + 0.01 * np.arange(50.0)})
+    log.to_csv(folder / "s08_cap.csv", index=False)
     for kind in ("press", "cap"):
         shutil.copy(folder / f"s02_{kind}.csv", folder / f"s05_{kind}.csv")
     (folder / "s06_press.csv").write_bytes(b"\x07\x00\x9f torn off here" * 20)
