@@ -3,6 +3,8 @@
 Each lab of `simulated.faulty` is checked and calibrated as the shipped experiment is, other models are held against its data,
 and a padding is recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the
 truth lies outside its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does.
+What `calib calibrate` would stop at, as its check is red, is refused here as well and has no headline.
+What `calib calibrate` would stop at, as its check is red, is refused here as well and has no headline.
 Printed for each kind: labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and
 how many of these are; which gates object, and how often. It is the verdict on the calibration that counts: that on the
 padding is amber in all of them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not
@@ -50,6 +52,8 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
     except InputError as error:
         return {"refused": str(error.faults[0])}
     before = plausibility(problem)
+    if stop := [reason for reason in before.reasons if reason.level == "red" and reason.gate != FILES]:
+        return {"refused": stop[0].finding, "reasons": [[r.gate, r.level, r.finding] for r in stop]}
     first = before.first
     if first is None:  # which the check does without where it says enough
         with suppress(ValueError):
