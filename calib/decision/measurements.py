@@ -75,6 +75,7 @@ def next_measurements(
     seed: int,
     posterior_sha256: str = "",
     verdict: Verdict | None = None,
+    advised_by: int | None = None,
 ) -> NextMeasurements:
     """Say which measurement would make Young's modulus, or the signal on padding, better known, or a decision more often right.
 
@@ -91,6 +92,7 @@ def next_measurements(
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, kept with the result.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
+    advised_by : seed of the recommendation whose padding is meant; None for `seed`.
 
     Raises
     ------
@@ -104,13 +106,14 @@ def next_measurements(
     known = _known(posterior, forward)
     reasons = list((judge_posterior(posterior) if verdict is None else verdict).reasons)
     decision, aim = None, None
+    advising = seed if advised_by is None else advised_by
     if requirement is None:
         target = modulus_target(posterior, known)
     elif isinstance(requirement, Specification):
-        decision, conformity, aim = _decision(posterior, known, requirement, seed, verdict_of(reasons))
+        decision, conformity, aim = _decision(posterior, known, requirement, advising, verdict_of(reasons))
         target, reasons = decision.target(conformity), list(conformity.verdict.reasons)
     else:
-        recommended = recommend(posterior, forward, requirement, seed=seed, verdict=verdict_of(reasons))
+        recommended = recommend(posterior, forward, requirement, seed=advising, verdict=verdict_of(reasons))
         reasons = list(recommended.verdict.reasons)
         target = signal_target(posterior, known, requirement, recommended.best, rng)
         depth = float(np.nan_to_num(recommended.depth_at_best[2]))
@@ -145,7 +148,7 @@ def next_measurements(
         found.append((candidate.alike, replace(made, settles=_settled(beyond, presses, candidate, aim))))
     if beyond and not any(one.settles == tuple(beyond) for _, one in found):
         reasons = [_not_confirmed(reason) for reason in reasons]
-    ranked = tuple(_ranked(found, target.regret))
+    ranked = tuple(_ranked(found, target.regret, tuple(beyond)))
     return NextMeasurements(
         target.asked,
         target.label,
@@ -256,7 +259,11 @@ def _root(covariance: FloatArray, power: float) -> FloatArray:
 def _decision(
     posterior: Posterior, known: Known, specification: Specification, seed: int, verdict: Verdict
 ) -> tuple[_Decision, Conformity, Aim]:
-    """Decide on a specification by what is known, keep the draws, and say what the advice is for."""
+    """Decide on a specification by what is known, keep the draws, and say what the advice is for.
+
+    The advice, its verdict and its padding are those of `calib recommend`; the decision is made with more draws.
+    """
+    advised = answer(posterior, known.problem.forward, specification, seed=seed, verdict=verdict)
     n_choice = sum(len(group) for group in choices_of(specification))
     n_draw = max(specification.n_draw, _SENSORS // min(n_choice, _FEWER))
     more = replace(specification, n_draw=n_draw, steps=min(specification.steps, _STEPS))
@@ -268,7 +275,7 @@ def _decision(
     deciding = Deciding(specification.probability, options.probability, options.released, options.now, known_exactly(options))
     error = answered.conformity.best.best_error
     made = _Decision(specification, options, hinges.directions, width, deciding, error)
-    return made, answered.conformity, answered.aim
+    return made, advised.conformity, advised.aim
 
 
 def _deciding_measurement(
@@ -336,13 +343,17 @@ def _measurement(
     )
 
 
-def _ranked(found: Sequence[tuple[str, Measurement]], regret_now: float) -> list[Measurement]:
-    """The most for an hour first; of those that differ in nothing but the specimen the best one."""
+def _ranked(found: Sequence[tuple[str, Measurement]], regret_now: float, beyond: tuple[str, ...]) -> list[Measurement]:
+    """The most for an hour first; of those that differ in nothing but the specimen the best one.
 
-    def by(one: Measurement) -> tuple[float, float, float]:
+    Of an advice beyond the data those that tell nothing come last, and first of them the press that confirms it.
+    """
+
+    def by(one: Measurement) -> tuple[float, ...]:
+        place = 0 if one.tells or not beyond else 1 if one.settles == beyond else 2
         # Where no decision changes, what padding is chosen may still fall less short.
         less = 0.0 if one.decided is None else (one.regret - regret_now) / one.minutes
-        return -one.per_hour, less, one.minutes
+        return place, -one.per_hour, less, one.minutes
 
     best: dict[str, Measurement] = {}
     for alike, one in sorted(found, key=lambda pair: by(pair[1])):

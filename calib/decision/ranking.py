@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ FORMAT = 3
 _KIND = "next measurements"
 #: Gate of a ranking that is a hint only.
 LINEARISATION = "linearisation"
+#: Gate of a specification that no thickness meets.
+UNMET = "specification"
 
 # Less than this share of the sd is nothing.
 _NOTHING = 0.005
@@ -139,7 +142,8 @@ class NextMeasurements:
     mean, sd : of it now; of a specification the probability of conforming, and nan.
     by_unknowns : the part of `sd` that the unknowns cause, and measurements can take away; nan of a specification.
     regret : share of the best signal that is expected to be lost now, of a specification that of `Decided`; nan of a modulus.
-    ranked : the measurements, by what they take away of the sd, or of the loss of deciding, for an hour in the lab.
+    ranked : the measurements, by what they take away of the sd, or of the loss of deciding, for an hour in the lab; of those
+        that take away nothing first what confirms an advice beyond the data.
     unjudged : measurements of which nothing is said, each with the reason.
     rests_on : what the ranking takes for granted, in words.
     verdict : on the calibration, and on whether linearisation does.
@@ -174,6 +178,8 @@ class NextMeasurements:
 
     def brings(self, one: Measurement) -> str:
         """What a measurement would bring, in words."""
+        if self.settles_all(one) and not one.tells:
+            return f"holds the model against data where the advice goes beyond them ({', '.join(self.beyond)})"
         if self.deciding is not None and one.decided is not None:
             return f"{wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}"
         name = "modulus" if self.asked == "modulus" else "signal"
@@ -182,6 +188,10 @@ class NextMeasurements:
     def confirms(self, one: Measurement) -> bool:
         """Whether the advice would go beyond the data in nothing with it: the gate extrapolation of its verdict green."""
         return bool(self.beyond) and not self.else_beyond and one.settles == self.beyond
+
+    def settles_all(self, one: Measurement) -> bool:
+        """Whether it holds the model against data in all of force, padding, depth and ball that the advice goes beyond them in."""
+        return bool(self.beyond) and one.settles == self.beyond
 
     def settled_in_words(self, one: Measurement) -> str:
         """What of the verdict's extrapolation it takes away: "all: green", or "force" and the like; "" for nothing."""
@@ -195,10 +205,14 @@ class NextMeasurements:
         if not self.beyond:
             return ""
         rest = "; the rest of it is left" if self.else_beyond else ""
-        done = [(k, one) for k, one in enumerate(self.ranked, 1) if one.settles == self.beyond]
+        done = [(k, one) for k, one in enumerate(self.ranked, 1) if self.settles_all(one)]
         if done:
             number, one = min(done, key=lambda pair: pair[1].minutes)
-            what = "Green on extrapolation" if not rest else "Within the measured force, padding, depth and ball"
+            if not one.tells:
+                rest = (
+                    f"; it is not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
+                )
+            what = "Green on extrapolation" if not self.else_beyond else "Within the measured force, padding, depth and ball"
             return f"{what} with number {number}: {one.what}{rest}. "
         most = max(self.ranked, key=lambda one: len(one.settles), default=None)
         if most is None or not most.settles:
@@ -216,7 +230,7 @@ class NextMeasurements:
         first = tuple(
             ShortMeasurement(one.what, self.brings(one), one.minutes, one.reduction, one.per_hour)
             for one in self.ranked[:_SHOWN]
-            if one.tells
+            if one.tells or self.settles_all(one)
         )
         doubts = tuple(reason.finding for reason in self.verdict.reasons if reason.gate == LINEARISATION)
         return NextInShort(self.asked, self.label, self.in_words, first, doubts=doubts)
@@ -257,29 +271,18 @@ class NextMeasurements:
     def _warning(self) -> str:
         return f"Do not plan by this: {self.verdict.reasons[0].finding}. " if self.verdict.colour == "red" else ""
 
+    @property
+    def _in_doubt(self) -> tuple[str, ...]:
+        """Gates that are not green for another reason than that the specification is not met, which is no doubt but a finding."""
+        return tuple(dict.fromkeys(reason.gate for reason in self.verdict.reasons if reason.gate != UNMET))
+
     def _decision_in_words(self, d: Deciding) -> str:
-        """What is decided now, how often wrongly, and what would change that."""
-        asked, what = f"{100 * d.asked:g} %", f"{self.label[0].upper()}{self.label[1:]}"
-        if d.released:
-            text = (
-                f"{what}: released, as sensors on the best padding conform with {percent(d.probability)} ({asked} asked for). "
-            )
-            text += f"Of all, {percent_of_few(d.now.wrong_release)} would be released wrongly. "
-        else:
-            text = (
-                f"{what}: held back, as sensors on the best padding conform with {percent(d.probability)} only ({asked} "
-                f"asked for). Of all, {percent_of_few(d.now.wrong_hold)} would be held back wrongly. "
-            )
+        """What is decided now, how often wrongly, and what would change that; nothing where the verdict is red."""
+        what = f"{self.label[0].upper()}{self.label[1:]}"
+        if self.verdict.colour == "red":
+            return f"{what}: nothing is decided on it. Settle what is red first, then ask again. "
         useful = [one for one in self.ranked if one.tells]
-        if d.nothing_to_gain:
-            text += "So sure is that already that no measurement is worth its time for this decision. "
-        elif useful:
-            text += f"Most for an hour in the lab: {self.in_lab_terms(useful[0])}. "
-            most = max(useful, key=lambda one: one.reduction)
-            if most is not useful[0]:
-                text += f"Most in all: {self.in_lab_terms(most)}. "
-        else:
-            text += "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
+        text = f"{what}: {self._decided_in_words(d)}{self._worth_in_words(d, useful)}"
         if not d.nothing_to_gain and d.exactly.loss > _SAME * d.now.loss:
             text += (
                 "As far as the draws tell it would not be decided better if all unknowns were known: the doubt is in "
@@ -292,6 +295,39 @@ class NextMeasurements:
             f"{text}For not knowing the sensors better the padding falls short by {shortfall_in_words(self.regret)} of a limit "
             f"more than that which is best for each{after}. "
         )
+
+    def _decided_in_words(self, d: Deciding) -> str:
+        """What is decided, and how often wrongly; with a verdict that is not green nothing is decided in favour."""
+        asked, share = f"{100 * d.asked:g} % asked for", percent(d.probability)
+        if not d.released:
+            return (
+                f"held back, as sensors on the best padding conform with {share} only ({asked}). Of all, "
+                f"{percent_of_few(d.now.wrong_hold)} would be held back wrongly. "
+            )
+        wrong = percent_of_few(d.now.wrong_release)
+        if self._in_doubt:
+            return (
+                f"not decided yet, as the verdict is {self.verdict.colour} ({', '.join(self._in_doubt)}). By the draws alone "
+                f"sensors on the best padding conform with {share} ({asked}), and {wrong} of all would be passed wrongly. "
+            )
+        return f"released, as sensors on the best padding conform with {share} ({asked}). Of all, {wrong} would be released wrongly. "
+
+    def _worth_in_words(self, d: Deciding, useful: Sequence[Measurement]) -> str:
+        """Which measurement is worth its time; none is only said where nothing is in doubt."""
+        if useful and not d.nothing_to_gain:
+            text = f"Most for an hour in the lab: {self.in_lab_terms(useful[0])}. "
+            most = max(useful, key=lambda one: one.reduction)
+            return text if most is useful[0] else f"{text}Most in all: {self.in_lab_terms(most)}. "
+        if self._in_doubt:
+            return (
+                "By the draws alone none of the measurements that were tried would change that; what is in doubt is not in the "
+                f"draws ({', '.join(self._in_doubt)}): settle it first. "
+            )
+        if self.verdict.colour != "green":
+            return "No measurement that was tried turns that: change what the specification asks for, or the sensor. "
+        if d.nothing_to_gain:
+            return "So sure is that already that no measurement is worth its time for this decision. "
+        return "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
 
     def draft(self, number: int, folder: Path) -> str:
         """The experiment file with a measurement in it, to be completed where it is marked EDIT.
@@ -423,7 +459,7 @@ def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | 
         first = tuple(
             ShortMeasurement(*(one[f.name] for f in fields(ShortMeasurement)))
             for one in record["ranked"][:_SHOWN]
-            if one["reduction"] >= _NOTHING
+            if one["reduction"] >= _NOTHING or (one["settles"] and one["settles"] == record["beyond_the_data_in"])
         )
         doubts = tuple(one["finding"] for one in record["verdict"]["reasons"] if one["gate"] == LINEARISATION)
         return NextInShort(record["for"], record["target"]["label"], record["said"], first, doubts=doubts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
@@ -28,6 +30,7 @@ def next_for(
         If nothing can be said, or the model is not the one that the run was calibrated with.
     """
     require_own_forward(run)
+    requirement, advised_by = _as_advised(run, requirement)
     return next_measurements(
         run.posterior,
         fast_forward(run),
@@ -36,7 +39,28 @@ def next_for(
         seed=seed,
         posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
+        advised_by=advised_by,
     )
+
+
+def _as_advised(
+    run: Run, requirement: Requirement | Specification | None
+) -> tuple[Requirement | Specification | None, int | None]:
+    """What is asked, with the draws and the seed of the recommendation for the same, so that its very padding is meant."""
+    kept = None
+    with suppress(InputError):  # one that is damaged advises nothing
+        kept = load_recommendation(run.folder)
+    if requirement is None or kept is None or kept.posterior_sha256 != run.posterior_sha256:
+        return requirement, None
+    if isinstance(requirement, Requirement):
+        asked, seed = (kept.requirement if kept.conformity is None else None), kept.seed
+        same = asked is not None and replace(asked, n_draw=requirement.n_draw) == requirement
+        return (asked, seed) if same else (requirement, None)
+    if kept.conformity is None:
+        return requirement, None
+    specified = kept.conformity.specification
+    same = replace(specified, n_draw=requirement.n_draw).to_plain() == requirement.to_plain()
+    return (specified, kept.conformity.seed) if same else (requirement, None)
 
 
 def next_in(

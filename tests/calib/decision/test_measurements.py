@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.checks import Reason, verdict_of
+from calib.checks import Colour, Reason, verdict_of
 from calib.decision.candidate import Candidate
 from calib.decision.candidates import candidates_of
 from calib.decision.extrapolation import Aim
@@ -474,15 +474,47 @@ def test_a_specification_that_hangs_on_the_modulus_is_decided_more_often_rightly
 
 @pytest.mark.parametrize("at", [0, 4])
 def test_where_the_decision_is_sure_already_no_measurement_is_worth_its_time(look: Look, strokes: FloatArray, at: int) -> None:
-    found = _for_specification(look, float(strokes[at]))
+    found = replace(_for_specification(look, float(strokes[at])), verdict=GREEN)
     assert found.deciding is not None
     assert found.deciding.released is (at == 4)
     assert not any(one.tells for one in found.ranked)
     assert "no measurement is worth its time" in found.in_words
 
 
+@pytest.mark.parametrize("at", [0, 4])
+@pytest.mark.parametrize("colour", ["amber", "red"])
+def test_nothing_is_released_and_no_measurement_spared_where_the_verdict_is_not_green(
+    look: Look, strokes: FloatArray, at: int, colour: Colour
+) -> None:
+    doubt = verdict_of([Reason("prior", colour, "the modulus lies far from what was believed", "Look at it")])
+    found = replace(_for_specification(look, float(strokes[at])), verdict=doubt)
+    said = found.in_words
+    assert "released, as" not in said
+    assert "worth its time" not in said
+    assert ("prior" in said) is (colour == "amber")
+    assert ("%" in said) is (colour == "amber")
+
+
+def test_the_press_that_confirms_an_advice_is_first_of_those_that_tell_nothing_and_says_why(
+    look: Look, strokes: FloatArray
+) -> None:
+    asked = _asked(float(strokes[4]))
+    bench = Bench(balls=(3e-3,))
+    found = next_measurements(_posterior(look), ClosedForm(), asked, bench, seed=1, verdict=GREEN)
+    advised = conform(_posterior(look), ClosedForm(), asked, seed=1, verdict=GREEN)
+    assert found.beyond
+    assert not any(one.tells for one in found.ranked)
+    first = found.ranked[0]
+    assert found.settles_all(first)
+    assert f"on {advised.best.best * 1e3:.4g} mm of padding" in first.what
+    assert f"with number 1: {first.what}; it is not for what the draws would tell" in found.in_words
+    assert "not decided yet, as the verdict is amber (extrapolation)" in found.in_words
+    assert next_from_json(next_to_json(found)) == found.in_short
+    assert found.in_short.first[0].brings.startswith("holds the model against data")
+
+
 def test_where_all_hangs_on_what_scatters_no_measurement_is_worth_its_time(look: Look, strokes: FloatArray) -> None:
-    found = _for_specification(look, float(strokes[3]), modulus_spread=0.5)
+    found = replace(_for_specification(look, float(strokes[3]), modulus_spread=0.5), verdict=GREEN)
     assert found.deciding is not None
     assert found.deciding.exactly.loss == pytest.approx(found.deciding.now.loss, rel=0.05)
     assert not any(one.tells for one in found.ranked)
