@@ -8,16 +8,20 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
-from calib.decision.guard_band import Drawing, inwards, step_of
+from calib.decision.guard_band import Drawing, inwards, nominals, step_of
 from calib.decision.words import percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# Pads over which it is averaged whether a drawing accepts them.
+_N_PAD = 401
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +308,23 @@ class Conformity:
                 f"{percent(d.accepted_share)} are accepted, consumer's risk {_risk(d.consumers_risk)}, producer's risk "
                 f"{_risk(d.producers_risk)}."
             )
-        return [f"{text}.", given]
+        return [f"{text}.", given, *self._other_nominals_in_words]
+
+    @property
+    def _other_nominals_in_words(self) -> list[str]:
+        """Which thicknesses beside the one that is advised pads may be made to and still be within the drawing."""
+        d, s = self.drawing, self.specification
+        if d is None or d.limits is None:
+            return []
+        share = (np.arange(_N_PAD) + 0.5) / _N_PAD
+        errors = np.zeros(1) if s.padding_tolerance is None else s.padding_tolerance.offset(ndtri(share))
+        found = nominals(d.limits[1:], errors, s.gauge, s.probability)
+        if found is None:
+            return []
+        return [
+            f"The named one is not the only one: the drawing accepts pads made to any nominal thickness from "
+            f"{self._span(found)}, at least {100 * s.probability:g} % of them."
+        ]
 
     def _binding_in_words(self, k: int) -> str:
         b = self.best

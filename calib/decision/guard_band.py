@@ -141,6 +141,35 @@ def acceptance(thickness: FloatArray, accepted: tuple[float, float], gauge: floa
     return np.asarray(ndtr((high - thickness) / gauge) - ndtr((low - thickness) / gauge))
 
 
+def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, share: float) -> tuple[float, float] | None:
+    """Nominal thicknesses whose pads a drawing accepts: of those made to each at least a share is.
+
+    Parameters
+    ----------
+    accepted : [m], A_L and A_U; where the first is none no pad is too thin.
+    offsets : [m], (n,), equally probable errors of pads about what they are made to; zeros if they are taken to have none.
+    gauge : [m], standard uncertainty of a reading.
+    share : [1], that is to be accepted.
+
+    Returns
+    -------
+    First and last [m], both steps of what reads them; None for fewer than two.
+
+    Examples
+    --------
+    >>> first, last = nominals((4e-3, 5e-3), np.array([-0.1e-3, 0.0, 0.1e-3]), 0.0, 0.9)
+    >>> f"{first * 1e3:.2f} to {last * 1e3:.2f} mm"
+    '4.10 to 4.90 mm'
+    """
+    step = step_of(accepted)
+    low, high = (round(end / step) for end in inwards(accepted, step))
+    ends = (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
+    widened = (ends[0] - 1e-9, ends[1] + 1e-9)  # a pad that is a limit but for rounding errors is within it
+    made = [n * step for n in range(low, high + 1)]
+    good = [h for h in made if np.mean(acceptance(h + offsets, widened, gauge)) >= share]
+    return (good[0], good[-1]) if len(good) > 1 else None
+
+
 def risks(made: FloatArray, conformance: FloatArray, accepted: tuple[float, float] | None, gauge: float) -> Risks:
     """Global consumer's and producer's risk of pads that are made, inspected, and accepted or rejected.
 

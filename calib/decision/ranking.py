@@ -190,7 +190,7 @@ class NextMeasurements:
         return bool(self.beyond) and not self.else_beyond and one.settles == self.beyond
 
     def settles_all(self, one: Measurement) -> bool:
-        """Whether it holds the model against data in all of force, padding, depth and ball that the advice goes beyond them in."""
+        """Whether it holds the model against data in all that the advice goes beyond them in."""
         return bool(self.beyond) and one.settles == self.beyond
 
     def settled_in_words(self, one: Measurement) -> str:
@@ -210,7 +210,7 @@ class NextMeasurements:
             number, one = min(done, key=lambda pair: pair[1].minutes)
             if not one.tells:
                 rest = (
-                    f"; it is not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
+                    f"; not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
                 )
             what = "Green on extrapolation" if not self.else_beyond else "Within the measured force, padding, depth and ball"
             return f"{what} with number {number}: {one.what}{rest}. "
@@ -273,7 +273,7 @@ class NextMeasurements:
 
     @property
     def _in_doubt(self) -> tuple[str, ...]:
-        """Gates that are not green for another reason than that the specification is not met, which is no doubt but a finding."""
+        """Gates that are not green; that the specification is not met is no doubt but a finding."""
         return tuple(dict.fromkeys(reason.gate for reason in self.verdict.reasons if reason.gate != UNMET))
 
     def _decision_in_words(self, d: Deciding) -> str:
@@ -310,7 +310,8 @@ class NextMeasurements:
                 f"not decided yet, as the verdict is {self.verdict.colour} ({', '.join(self._in_doubt)}). By the draws alone "
                 f"sensors on the best padding conform with {share} ({asked}), and {wrong} of all would be passed wrongly. "
             )
-        return f"released, as sensors on the best padding conform with {share} ({asked}). Of all, {wrong} would be released wrongly. "
+        told = f"released, as sensors on the best padding conform with {share} ({asked})"
+        return f"{told}. Of all, {wrong} would be released wrongly. "
 
     def _worth_in_words(self, d: Deciding, useful: Sequence[Measurement]) -> str:
         """Which measurement is worth its time; none is only said where nothing is in doubt."""

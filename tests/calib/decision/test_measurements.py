@@ -507,7 +507,7 @@ def test_the_press_that_confirms_an_advice_is_first_of_those_that_tell_nothing_a
     first = found.ranked[0]
     assert found.settles_all(first)
     assert f"on {advised.best.best * 1e3:.4g} mm of padding" in first.what
-    assert f"with number 1: {first.what}; it is not for what the draws would tell" in found.in_words
+    assert f"with number 1: {first.what}; not for what the draws would tell" in found.in_words
     assert "not decided yet, as the verdict is amber (extrapolation)" in found.in_words
     assert next_from_json(next_to_json(found)) == found.in_short
     assert found.in_short.first[0].brings.startswith("holds the model against data")

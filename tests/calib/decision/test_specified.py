@@ -358,6 +358,21 @@ def test_the_tolerance_stands_as_on_a_drawing_and_never_takes_in_more(posterior:
     assert given.in_words in of_making
     assert not any(given.in_words in line for line in lines if line.startswith("For the drawing"))
     assert max(line.count(". ") for line in lines) <= 1
+    # Other nominals that it accepts are as far within it as pads are off.
+    others = re.search(r"^The named one is not the only one: .* from ([0-9.]+) to ([0-9.]+) mm", c.in_words, re.MULTILINE)
+    assert others is not None, c.in_words
+    first, last = (float(x) for x in others.groups())
+    assert low + 0.01 < first < nominal < last < high - 0.01
+
+
+def test_a_drawing_that_only_pads_without_error_are_within_names_no_other_nominal(posterior: Posterior) -> None:
+    height = 0.74e-3 + 3e-3
+    limits = (Limit("height", "at_most", height + 0.1e-3), Limit("height", "at_least", height - 0.1e-3))
+    asked: dict[str, Any] = {"steps": 121, "lower": 2.5e-3, "upper": 3.5e-3, "probability": 0.5, "gauge": 0.002e-3}
+    wide = _conform(posterior, *limits, padding_tolerance=Tolerance("uniform", 0.3e-3), **asked)
+    exact = _conform(posterior, *limits, **asked)
+    assert "the drawing accepts pads" not in wide.in_words
+    assert "the drawing accepts pads" in exact.in_words
 
 
 @pytest.mark.parametrize(
