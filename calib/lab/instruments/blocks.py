@@ -26,6 +26,7 @@ from calib.lab.instruments.lines import (
     short_rows,
 )
 from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
@@ -81,25 +82,17 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
     """Cells of every line from `start` on; faults for quotation marks that are not closed."""
     text, delimiter = sheet.text, sheet.delimiter
-    lines = text.lines[start:]
+    lines = list(text.lines[start:])
     if delimiter == " ":
         return [line.split() for line in lines]
     if not any('"' in line for line in lines):
         return [line.split(delimiter) for line in lines]
-    faults = []
-    kept = []
     last = max((i for i, line in enumerate(lines) if line.strip()), default=-1)
-    for i, line in enumerate(lines):
-        if line.count('"') % 2:
-            if i == last and not text.ended:
-                line += '"'  # the file ends within this row, which is then left out
-            else:
-                faults.append(Fault("a quotation mark is not closed", text.path, start + i + 1, advice="Export the file again"))
-        kept.append(line)
-    if faults:
-        raise InputError(capped(faults, "rows cannot be read"))
+    if last >= 0 and not text.ended and lines[last].count('"') % 2:
+        lines[last] += '"'  # the file ends within this row, which is then left out
+    check_quotes(text, delimiter, start, lines)
     try:
-        return list(csv.reader(kept, delimiter=delimiter, skipinitialspace=True))
+        return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
     except csv.Error as error:
         raise InputError(
             Fault(f"the rows cannot be cut into cells: {error}", text.path, advice="Export the file again")

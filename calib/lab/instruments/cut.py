@@ -21,6 +21,7 @@ from calib.lab.instruments.header import (
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
 from calib.lab.instruments.numbers import is_numeric, is_over_range
+from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
@@ -68,6 +69,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         raise InputError(no_header(text))
     delimiter, header, names = found
     below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
+    check_quotes(text, delimiter, header, text.lines[header : below.start])
     assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,

@@ -154,3 +154,35 @@ def test_monstrous_cells_are_refused_or_read_at_once(tmp_path: Path, content: st
     with contextlib.suppress(InputError):
         read_lab_file(path)
     assert time.process_time() - start < 1.0
+
+
+@pytest.mark.parametrize(
+    ("line", "broken"),
+    [
+        (5, {5: '0.4,0.06780","0.2616'}),  # two marks, and the second one opens a cell
+        (5, {5: '0.4,"0.06780,0.2616'}),
+        (5, {5: '0.4,"0.06780,"0.2616'}),
+        (5, {5: '0.4,0.06780,"0.2616', 6: '0.5,0.08475,0.2907"'}),  # closed by the next row, which is lost in it
+        (5, {5: '0.4,0.06780","0.2616', 9: '0.8,0.13559",0.4004'}),
+        (0, {0: 'Time (s),"Extension (mm),Load (N)"s'}),
+        (60, {60: '5.9,1.00000","6.2000'}),
+    ],
+)
+@pytest.mark.parametrize("column", ["", ",ok"])
+def test_a_quotation_mark_that_is_left_open_is_refused_where_it_stands(
+    tmp_path: Path, line: int, broken: dict[int, str], column: str
+) -> None:
+    lines = [HEAD, *rows()]
+    for at, text in broken.items():
+        lines[at] = text
+    lines = [text + (",Remark" if i == 0 and column else column) for i, text in enumerate(lines)]
+    with pytest.raises(InputError, match="a quotation mark is not closed") as error:
+        read(tmp_path, lines[1:], lines[0])
+    assert error.value.faults[0].line == line + 1
+
+
+@pytest.mark.parametrize("quoted", ['"a 5"" rod"', '"one, two" ', 'a "word" in it', '" "'])
+def test_quotation_marks_in_pairs_are_text(tmp_path: Path, quoted: str) -> None:
+    table = read(tmp_path, [f"{line},{quoted}" for line in rows()], f"{HEAD},Remark")
+    assert len(table.lines) == N
+    assert not any(table.reasons)
