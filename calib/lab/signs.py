@@ -55,6 +55,7 @@ _ONE_WAY, _FEWEST = 0.9, 8
 _OUTWEIGHED = 0.5
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
 
+_RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
 _DRIFT_AND_PRESS = (
     "force goes one way and then the other as the ball goes on, more steeply where it changes less, as in a press under a drift"
 )
@@ -387,7 +388,7 @@ def _doubtful(table: LabTable, quantity: str, evidence: Sequence[Evidence], chan
     first = f"at first {quantity} goes by {amount(change, quantity)}{other}"
     alternatives = []
     for factor, sense in ((1.0, "positive"), (-1.0, "negative")):
-        kind = "a press" if change * factor > 0 else "a retreat from a record that starts pressed, or a pull"
+        kind = "a press" if change * factor > 0 else _RETREAT
         why = words_for(evidence, factor)
         alternatives.append(f'--sign "{quantity}=compression {sense}" if this is {kind}' + (f" (for it: {why})" if why else ""))
     toml = f'in an experiment file sign = {{ {quantity} = "compression positive" }} beside the file'
