@@ -145,6 +145,7 @@ def decide_signs(
         words = "force leaves where it began, and comes back to it, as the ball goes one way"
         raise InputError(_unrelated(table, None, tuple(SIGNED), words))
     decided = {}
+    faults: list[Fault] = []
     for quantity in SIGNED:
         if quantity not in found:
             continue
@@ -154,7 +155,12 @@ def decide_signs(
         elif quantity == "displacement" and sensed[quantity] is not None:
             decided[quantity] = _by_capacitance(table, _present(sensed[quantity]), said)
         else:
-            decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
+            try:
+                decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
+            except InputError as error:
+                faults += error.faults
+    if faults:
+        raise InputError(faults)
     both = good & np.all([np.isfinite(found[q]) for q in SIGNED], axis=0) if set(SIGNED) <= set(found) else np.zeros(0, bool)
     if not said and all(map(shown.get, SIGNED)) and not _go_together(*(decided[q].factor * found[q][both] for q in SIGNED)):
         raise InputError(_unrelated(table, None, tuple(SIGNED), _APART))

@@ -323,6 +323,22 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
     return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
 
 
+_MOVED = (
+    "Take the empty cell away if the others then go on from those of the rows beside them, or remove the row; where all rows "
+    "begin so, put an empty cell before the names"
+)
+
+
+def _fits_once_moved(row: Sequence[str], width: int) -> bool:
+    """Whether a row that is too wide begins with an empty cell, without which it has a cell for each name."""
+    return (
+        not row[0].strip()
+        and bool(row[1].strip())
+        and bool(row[width].strip())
+        and not any(c.strip() for c in row[width + 1 :])
+    )
+
+
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
     named = n_needed(sheet)
@@ -340,6 +356,18 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
         )
     for row, line in zip(rows, lines.tolist(), strict=True):
         if len(row) > width and any(c.strip() for c in row[width:]):
+            if _fits_once_moved(row, width):
+                faults.append(
+                    Fault(
+                        "the row begins with an empty cell, behind which its cells stand one column further to the right than "
+                        "the names",
+                        sheet.text.path,
+                        line,
+                        1,
+                        advice=_MOVED,
+                    )
+                )
+                continue
             advice = (
                 "If the decimal mark is a comma too, export with semicolons between the columns"
                 if sheet.delimiter == ","
