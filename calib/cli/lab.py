@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from calib.cli.common import err, out, refusing_bad_input, say
+from calib.cli.common import out, refusing_bad_input, say
 from calib.errors import Fault, InputError
 from calib.files import require_writable, write_text
 
@@ -97,11 +97,11 @@ def read(
     Writes, with -o: columns time_s, displacement_m, force_N, capacitance_F (those the file has), branch (loading, unloading,
     hold), cycle, used, reason.
 
-    Exit codes: 0 understood; 2 not understood, the message says where and what to do.
+    Exit codes: 0 understood; 2 not understood, or without a row that can be used; the message says where and what to do.
     """
     with refusing_bad_input():
         from calib.files import whole_file
-        from calib.lab import Reading, observe, read_lab_file
+        from calib.lab import Reading, nothing_used, observe, read_lab_file
 
         for target, option in ((output, "-o"), (picture, "--picture")):
             if target is None:
@@ -125,6 +125,9 @@ def read(
             _one_of(decimal, "--decimal", (".", ",")),
         )
         observations = observe(read_lab_file(file, reading), use)
+        if not observations.used.any():
+            _show(observations)
+            raise InputError(nothing_used(observations))
         if picture is not None:
             from calib.report import any_letters, file_figure
 
@@ -400,5 +403,3 @@ def _show(o: Observations) -> None:
     good = [f"{check} ({number})" for level, check, number, *_ in judged if level == "good"]
     if good:
         say(f"good: {', '.join(good)}")
-    if n_used == 0:
-        err().print("No row can be used for a calibration.", style="yellow")

@@ -9,6 +9,7 @@ from calib.lab.quality import Grade, check_name, grade_rows, judge, number_text,
 from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
 from calib.lab.unloading import SHARES, Unloading, measure_unloading
+from calib.lab.unused import nothing_used
 from calib.lab.use import FIRST_LOADING, USE_KEYS, Use, same_part, use_in_words, use_value
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "level_before_contact",
     "make_sweep",
     "measure_unloading",
+    "nothing_used",
     "number_text",
     "observe",
     "quality_in_words",

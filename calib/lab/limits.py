@@ -87,9 +87,8 @@ def limits_of(
     """
     for key, value in (("max_force", use.max_force), ("max_depth", use.max_depth)):
         if value is not None and not value > 0:
-            raise InputError(
-                Fault(f"{key} must be positive, got {value:.6g}", table.path, advice=f"Leave {key} out for no limit")
-            )
+            shown = f"{value:.6g} N" if key == "max_force" else f"{value * 1e3:.6g} mm"
+            raise InputError(Fault(f"{key} must be positive, got {shown}", table.path, advice=f"Leave {key} out for no limit"))
     reasons: dict[int, str] = {}
     notes: list[str] = []
     if use.max_force is not None:

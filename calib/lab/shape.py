@@ -25,6 +25,9 @@ _COUNTS = 0.1
 _JUMP = 5.0
 # Readings on either side of a jump and back that differ by less than this share of it are of one level.
 _SAME_LEVEL = 0.3
+# Two stretches over the same places show that they are not alike from this share of the largest change on; then one changes by
+# less than such a share of the other, where it stands before those that count than the second one.
+_SHOWN, _ALIKE, _HALF = 0.12, 0.1, 0.5
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
 
@@ -74,6 +77,7 @@ class Shape:
     crosses : whether the channel goes through zero in the first stretch, far to either side.
     share : change of the first stretch over that of the largest.
     once : whether one stretch alone counts.
+    against : whether the channel changes otherwise on the way back than it did over the same places on the way there.
     """
 
     slope: float
@@ -88,6 +92,7 @@ class Shape:
     crosses: bool
     share: float
     once: bool
+    against: bool
 
 
 def calm(values: FloatArray) -> FloatArray:
@@ -231,6 +236,7 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
         crosses=crosses,
         share=abs(float(change[first])) / largest,
         once=len(counted) == 1,
+        against=_goes_against_itself(parts, drift, largest, first),
     )
 
 
@@ -251,13 +257,38 @@ def _drift(parts: list[Stretch]) -> float:
     return float(rates[0]) if abs(sum(travel)) < 0.05 * max(abs(t) for t in travel) else 0.0
 
 
+def _goes_against_itself(parts: list[Stretch], drift: float, largest: float, first: int) -> bool:
+    """Whether a stretch changes the other way than the next one over the places of both, or not at all where that does.
+
+    A press does not, whatever it loses at its turn: what it is under does, as a drift that is larger. `first` is the first
+    stretch that counts: one before it, over the same places, should have counted.
+    """
+    for k, pair in enumerate(pairwise(parts)):
+        low, high = max(float(s.x[0]) for s in pair), min(float(s.x[-1]) for s in pair)
+        if high <= low:
+            continue
+        rises = [float(np.diff(np.interp([low, high], s.x, _without(s, drift)))[0]) for s in pair]
+        small, large = sorted(rises, key=abs)
+        alike = _HALF if k < first and abs(rises[0]) < abs(rises[1]) else _ALIKE
+        shows = abs(large) >= max(_SHOWN * largest, NOTHING * max(s.error for s in pair))
+        if shows and small * large <= alike * large**2:
+            return True
+    return False
+
+
+def _without(s: Stretch, drift: float) -> FloatArray:
+    """The channel of a stretch without what drifted since its first reading."""
+    u = (s.x - s.x[0]) / (s.x[-1] - s.x[0]) if s.x[-1] > s.x[0] else np.zeros(s.x.size)
+    return np.asarray(s.y - drift * s.duration * (u if s.travel > 0 else 1 - u))
+
+
 def _ends(s: Stretch, drift: float) -> tuple[float, float, float]:
     """Bend of a stretch, and which share of the travel it is flat over at the smaller and at the larger displacements."""
     length = float(s.x[-1] - s.x[0])
     if s.x.size < 4 or length <= 0:
         return 0.0, 0.0, 0.0
     u = (s.x - s.x[0]) / length
-    y = s.y - drift * s.duration * (u if s.travel > 0 else 1 - u)
+    y = _without(s, drift)
     chord = y[0] + (y[-1] - y[0]) * u
     bend = float(trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
     near = max(_FLAT * float(np.ptp(y)), 4 * s.error)

@@ -55,6 +55,9 @@ _ONE_WAY, _FEWEST = 0.9, 8
 _OUTWEIGHED = 0.5
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
 
+_RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
+_APART = "force changes, but not with the displacement"
+_THERE_AND_BACK = "over the same places force changes otherwise as the ball goes there than as it comes back"
 _DRIFT_AND_PRESS = (
     "force goes one way and then the other as the ball goes on, more steeply where it changes less, as in a press under a drift"
 )
@@ -121,6 +124,8 @@ def decide_signs(
         load = found["force"][good & np.isfinite(found["force"])]
         both = good & np.isfinite(found["force"]) & np.isfinite(found["displacement"])
         x, y = (found[q][both] for q in ("displacement", "force"))
+        if not set(SIGNED) <= set(said) and press.against:
+            raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said], _THERE_AND_BACK))
         if not set(SIGNED) <= set(said) and _ends_otherwise(x, y, press.slope):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said]))
         same = float(np.sign(press.slope))
@@ -140,6 +145,7 @@ def decide_signs(
         words = "force leaves where it began, and comes back to it, as the ball goes one way"
         raise InputError(_unrelated(table, None, tuple(SIGNED), words))
     decided = {}
+    faults: list[Fault] = []
     for quantity in SIGNED:
         if quantity not in found:
             continue
@@ -149,7 +155,15 @@ def decide_signs(
         elif quantity == "displacement" and sensed[quantity] is not None:
             decided[quantity] = _by_capacitance(table, _present(sensed[quantity]), said)
         else:
-            decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
+            try:
+                decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
+            except InputError as error:
+                faults += error.faults
+    if faults:
+        raise InputError(faults)
+    both = good & np.all([np.isfinite(found[q]) for q in SIGNED], axis=0) if set(SIGNED) <= set(found) else np.zeros(0, bool)
+    if not said and all(map(shown.get, SIGNED)) and not _go_together(*(decided[q].factor * found[q][both] for q in SIGNED)):
+        raise InputError(_unrelated(table, None, tuple(SIGNED), _APART))
     return {**decided, **_missing(found, said)}
 
 
@@ -365,6 +379,13 @@ def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, 
     return bool(one_way and np.count_nonzero(moves) >= moves.size / 2 and np.ptp(force) > 0)
 
 
+def _go_together(force: FloatArray, displacement: FloatArray) -> bool:
+    """Whether the force, positive in compression, goes up with the displacement on the whole, reading by reading."""
+    steps, moves = np.diff(force), np.diff(displacement)
+    total = float(np.sum(np.abs(steps[moves != 0])))
+    return total == 0 or float(np.sum(np.sign(moves) * steps)) >= _TOGETHER * total
+
+
 def _unrelated(table: LabTable, press: Shape | None, open_: Sequence[str], words: str = _LAST_ROWS) -> Fault:
     """Refuse to guess where force goes with the displacement as well as against it, as under a drift larger than the press.
 
@@ -387,7 +408,7 @@ def _doubtful(table: LabTable, quantity: str, evidence: Sequence[Evidence], chan
     first = f"at first {quantity} goes by {amount(change, quantity)}{other}"
     alternatives = []
     for factor, sense in ((1.0, "positive"), (-1.0, "negative")):
-        kind = "a press" if change * factor > 0 else "a retreat from a record that starts pressed, or a pull"
+        kind = "a press" if change * factor > 0 else _RETREAT
         why = words_for(evidence, factor)
         alternatives.append(f'--sign "{quantity}=compression {sense}" if this is {kind}' + (f" (for it: {why})" if why else ""))
     toml = f'in an experiment file sign = {{ {quantity} = "compression positive" }} beside the file'

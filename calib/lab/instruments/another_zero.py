@@ -12,7 +12,7 @@ from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, Jump, jump
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.unit_choice import is_confirmed
+from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.zero_remarks import Remark, zero_remarks
 from models.sensor import FloatArray
@@ -73,14 +73,14 @@ def another_zero(
                 "Save the rows before and behind it in files of their own, or export them from the instrument's own record; if "
                 f"the jump is real, let the header name the unit and say it once more: --units {quantity}=..."
             )
-            message, line = _in_words(sheet, column, wrong, values), int(sheet.lines[wrong[0].row])
+            message, line = _in_words(sheet, column, wrong, values, reading), int(sheet.lines[wrong[0].row])
             told.faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))
             continue
         anew = [j for j in sure if j.kind == ZERO]
         if anew:
             told.rows[column.quantity] = tuple(j.row for j in anew)
         open_ = [j for j in jumps if j not in sure]
-        told.notes.extend(_in_words(sheet, column, jumps, values) for jumps in (anew, open_) if jumps)
+        told.notes.extend(_in_words(sheet, column, jumps, values, reading) for jumps in (anew, open_) if jumps)
     _heed(zero_remarks(sheet, [c.index for c in columns]), told, sheet, columns, values, reading)
     return told
 
@@ -131,7 +131,9 @@ def _name(column: ReadColumn) -> str:
     return IN_PLACE_OF.get(column.quantity, column.quantity)
 
 
-def _in_words(sheet: Sheet, column: ReadColumn, jumps: Sequence[Jump], values: Mapping[str, FloatArray]) -> str:
+def _in_words(
+    sheet: Sheet, column: ReadColumn, jumps: Sequence[Jump], values: Mapping[str, FloatArray], reading: Reading
+) -> str:
     cells, first = sheet.columns[column.index], jumps[0]
     more = f", and so in {len(jumps) - 1} more places, such as line {int(sheet.lines[jumps[1].row])}" if len(jumps) > 1 else ""
     kind = {"force": ("displacement", *CAPACITANCES), "displacement": ("force", *CAPACITANCES)}
@@ -139,5 +141,6 @@ def _in_words(sheet: Sheet, column: ReadColumn, jumps: Sequence[Jump], values: M
     others = " and ".join(dict.fromkeys(IN_PLACE_OF.get(q, q) for q in beside))
     alone = f", which {others} do{'es' if len(set(others.split(' and '))) == 1 else ''} not show" if others else ""
     place = f'"{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}'
-    size = f"{first.size / column.factor:.5g}"
+    unit = unit_in_words(sheet, column.index, column.heading, reading)
+    size = f"{first.size / column.factor:.5g} {unit}".rstrip()
     return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'

@@ -26,6 +26,7 @@ from calib.lab.instruments.lines import (
     short_rows,
 )
 from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
@@ -81,25 +82,17 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
     """Cells of every line from `start` on; faults for quotation marks that are not closed."""
     text, delimiter = sheet.text, sheet.delimiter
-    lines = text.lines[start:]
+    lines = list(text.lines[start:])
     if delimiter == " ":
         return [line.split() for line in lines]
     if not any('"' in line for line in lines):
         return [line.split(delimiter) for line in lines]
-    faults = []
-    kept = []
     last = max((i for i, line in enumerate(lines) if line.strip()), default=-1)
-    for i, line in enumerate(lines):
-        if line.count('"') % 2:
-            if i == last and not text.ended:
-                line += '"'  # the file ends within this row, which is then left out
-            else:
-                faults.append(Fault("a quotation mark is not closed", text.path, start + i + 1, advice="Export the file again"))
-        kept.append(line)
-    if faults:
-        raise InputError(capped(faults, "rows cannot be read"))
+    if last >= 0 and not text.ended and lines[last].count('"') % 2:
+        lines[last] += '"'  # the file ends within this row, which is then left out
+    check_quotes(text, delimiter, start, lines)
     try:
-        return list(csv.reader(kept, delimiter=delimiter, skipinitialspace=True))
+        return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
     except csv.Error as error:
         raise InputError(
             Fault(f"the rows cannot be cut into cells: {error}", text.path, advice="Export the file again")
@@ -330,6 +323,22 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
     return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
 
 
+_MOVED = (
+    "Take the empty cell away if the others then go on from those of the rows beside them, or remove the row; where all rows "
+    "begin so, put an empty cell before the names"
+)
+
+
+def _fits_once_moved(row: Sequence[str], width: int) -> bool:
+    """Whether a row that is too wide begins with an empty cell, without which it has a cell for each name."""
+    return (
+        not row[0].strip()
+        and bool(row[1].strip())
+        and bool(row[width].strip())
+        and not any(c.strip() for c in row[width + 1 :])
+    )
+
+
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
     named = n_needed(sheet)
@@ -347,6 +356,18 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
         )
     for row, line in zip(rows, lines.tolist(), strict=True):
         if len(row) > width and any(c.strip() for c in row[width:]):
+            if _fits_once_moved(row, width):
+                faults.append(
+                    Fault(
+                        "the row begins with an empty cell, behind which its cells stand one column further to the right than "
+                        "the names",
+                        sheet.text.path,
+                        line,
+                        1,
+                        advice=_MOVED,
+                    )
+                )
+                continue
             advice = (
                 "If the decimal mark is a comma too, export with semicolons between the columns"
                 if sheet.delimiter == ","

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault, InputError, capped
+from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, untold_circuit
@@ -24,12 +25,13 @@ from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.shifted import MOVED
 from calib.lab.instruments.size import implausible, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.times import begins_anew
-from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
+from calib.lab.instruments.unit_choice import source_of_column, unit_in_words, unit_of_column
 from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.vocabulary import words
@@ -173,14 +175,15 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         good = np.array([not why for why in reasons])
         for quantity, rows in alone({q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}).items():
             column = next(c for c in columns if c.quantity == quantity)
+            unit = unit_in_words(sheet, column.index, column.heading, reading)
             for r, near in rows.items():
-                _append(reasons, r, in_words(cells[quantity][r], near / column.factor))
+                _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
     if faults:
-        raise InputError(faults)
+        raise InputError(_with_a_way_out(faults, choice.chosen))
     good = np.array([not why for why in reasons])
     usable = {q: np.where(good, v, np.nan) for q, v in values.items()}
     faults = [*exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
@@ -194,7 +197,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if not faults and "time" in usable:
         faults = begins_anew(sheet, places["time"], usable["time"])
     if faults:
-        raise InputError(faults)
+        raise InputError(_with_a_way_out(faults, choice.chosen))
     notes += [*still.notes, *zeros.notes]
     for left_out in (still.lost, zeros.lost):
         for quantity, lost in left_out.items():
@@ -206,7 +209,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
     for r, why in sheet.reasons.items():
-        reasons[r] = reasons[r] or why
+        # An empty cell at an end of a row that is moved is no cell without a reading.
+        moved = why.startswith(MOVED) and reasons[r].startswith("empty cell")
+        reasons[r] = why if moved or not reasons[r] else reasons[r]
     for array in values.values():
         array.flags.writeable = False
     return LabTable(
@@ -265,6 +270,21 @@ _SAY_MARK = {
     ".": 'Say --decimal "." if the point is the decimal mark, --decimal "," if it sets thousands apart ("1.243" for 1243). ',
     ".,": "Say which it is, a point or a comma, by the option --decimal. ",
 }
+
+
+_WITHOUT_TIME = re.compile(r",? or leave (?:it|these|the time) out: --columns time=none")
+
+
+def _with_a_way_out(faults: Sequence[Fault], chosen: Collection[str]) -> list[Fault]:
+    """The faults, without the advice to leave the time out where nothing else ties the readings to a press."""
+    if {"force", "displacement"} & set(chosen):
+        return list(faults)
+    return [replace(fault, advice=_WITHOUT_TIME.sub("", fault.advice), choice=_but_time(fault.choice)) for fault in faults]
+
+
+def _but_time(choice: Choice | None) -> Choice | None:
+    without = choice is not None and (choice.option, choice.key, choice.alternatives) == ("columns", "time", ("none",))
+    return None if without else choice
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:

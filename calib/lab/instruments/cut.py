@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import zip_longest
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
@@ -21,6 +22,7 @@ from calib.lab.instruments.header import (
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
 from calib.lab.instruments.numbers import is_numeric, is_over_range
+from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
@@ -68,6 +70,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         raise InputError(no_header(text))
     delimiter, header, names = found
     below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
+    check_quotes(text, delimiter, header, text.lines[header : below.start])
     assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,
@@ -83,7 +86,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     above = _rows_above(sheet, reading)
     if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
-    unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip()], "above the header")
+    decided = _lines_that_decide(sheet, reading)
+    unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip() and i + 1 not in decided], "above the header")
     if any(index < 0 for index in assigned):
         above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
     whole_sheet = sheet
@@ -94,10 +98,28 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     _check_torn_decimals(whole)
     return replace(
         whole,
-        notes=(*above, *whole.notes),
+        notes=(*above, *decided.values(), *whole.notes),
         unread=(*unread, *below.unread, *whole.unread),
         declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
     )
+
+
+def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
+    """The lines above a header by which columns are read -> a note on each: units, decimal mark, a meter's circuit."""
+    quantities = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings().values()}
+    found: dict[int, list[str]] = {}
+    for quantity, (unit, line) in sheet.declared_units.items():
+        if quantity in quantities and not {q for q in reading.units if IN_PLACE_OF.get(q, q) == quantity}:
+            found.setdefault(line, []).append(f"the unit of {quantity} ({unit})")
+    mark = next((i for i, line in enumerate(sheet.prelude, 1) if declared_decimal([line])), 0)
+    if mark and not reading.decimal and sheet.declared_decimal:
+        found.setdefault(mark, []).append(f'the decimal mark ("{sheet.declared_decimal}")')
+    circuit = said_circuit(sheet.prelude)
+    if circuit is not None and any(
+        h.quantity == "capacitance" and i not in sheet.assigned for i, h in sheet.headings().items()
+    ):
+        found.setdefault(circuit.line, []).append("how the meter takes the capacitance")
+    return {line: f"line {line} says {', '.join(said)}" for line, said in sorted(found.items())}
 
 
 def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple[str, int]]:

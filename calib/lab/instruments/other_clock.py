@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +28,9 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
     sheet : the record.
     places : quantity -> index of its column.
     """
+    if sheet.reasons:  # a row whose cells stand one column too far has an empty cell at its end
+        kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons]
+        sheet = replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
     judged = {q: i for q, i in places.items() if q in _WITHOUT_ROWS}
     ends = {q: _end(sheet.columns[i]) for q, i in judged.items()}
     longest = max(ends.values(), default=0)

@@ -21,6 +21,8 @@ from models.sensor import FloatArray
 _LEAST = 2.8
 # Readings on either side that are looked at, and how large their steps may be beside what is read: next to the jump, and all.
 _NEAR, _CALM, _CALM_ALL = 5, 0.3, 0.6
+# A jump is so many times as large as a step on one side of it at least, of as many readings; noise about zero has others.
+_STANDS_OUT, _SIDE = 6.0, 30
 # Readings that must stand before a block of a few readings, and how near to the last of them those behind the block come.
 _FEWEST, _BACK = 4, 0.2
 # What a reading may miss the course of those above by once it is scaled back: in steps, where they only scatter about a level
@@ -133,8 +135,10 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
             continue
         digits = max(_last_digit(cells[r], mark) for r in rows[j - 1 : j + 1].tolist())
         digits_after = max(_last_digit(cells[r], mark) for r in rows[j + 1 : j + 3].tolist())
+        sides = y[max(0, j + 1 - _SIDE) : j + 1], y[j + 1 : j + 1 + _SIDE]
+        ordinary = min(max(_usual(np.diff(side)), digit) for side, digit in zip(sides, (digits, digits_after), strict=True))
         switch = _switch(quantity, before, after, digits, digits_after)
-        if switch is not None:
+        if switch is not None and abs(float(y[j + 1] - y[j])) > _STANDS_OUT * ordinary:
             found.append(_Switch(int(rows[j + 1]), int(rows[j]), *switch))
     return found
 

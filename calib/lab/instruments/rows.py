@@ -19,6 +19,7 @@ from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
+from calib.lab.instruments.quotes import is_misquoted
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 from calib.lab.instruments.shifted import shifted_rows
 
@@ -178,7 +179,10 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
         return _cut_at_once(lines, delimiter, width, n_needed(sheet))
     if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):
         return None
-    return _cut_each(csv.reader(lines, delimiter=delimiter, skipinitialspace=True), delimiter, width, n_needed(sheet))
+    rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
+    alike = _cut_each(rows, delimiter, width, n_needed(sheet))
+    # A cell whose quotation mark is open goes on in the next line.
+    return alike if alike is not None and rows.line_num == len(lines) == len(alike[0][0]) else None
 
 
 def _cut_at_once(lines: Sequence[str], delimiter: str, width: int, least: int) -> tuple[list[list[str]], dict[int, int]] | None:
@@ -241,7 +245,7 @@ def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, li
         row = split_line(line, sheet.delimiter)
         if kind_of_line(row, (), keys, width) == "row" and not _begins_otherwise(sheet, row, i, start):
             return i + 1, text_below[::-1]
-        if len(text_below) > _FOOTER or is_other_header(row) or line.count('"') % 2:
+        if len(text_below) > _FOOTER or is_other_header(row) or is_misquoted(line, sheet.delimiter):
             return None
         if any(row):
             text_below.append(i)

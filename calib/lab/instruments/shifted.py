@@ -12,6 +12,9 @@ from calib.lab.instruments.lines import Table, n_named
 from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.sheet import Sheet
 
+#: How the reason of a row begins whose cells are those of the columns beside them.
+MOVED = "its cells stand one column too far"
+
 _EMPTY = ("", " ")
 # A number speaks for a column if it is so many times nearer to what stands beside it there.
 _NEARER = 3.0
@@ -71,7 +74,7 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
                     advice="Write every row with as many cells as the header has, or remove those that lack one",
                 )
             )
-        found |= dict.fromkeys(rows, f"its cells stand one column too far to the {side}")
+        found |= dict.fromkeys(rows, f"{MOVED} to the {side}")
     return found
 
 

@@ -444,15 +444,16 @@ def _digit(y: FloatArray) -> float:
     return least if np.isfinite(least) else 0.0
 
 
-def in_words(cell: str, near: float) -> str:
+def in_words(cell: str, near: float, unit: str = "") -> str:
     """Why a row is not used, for people.
 
     Parameters
     ----------
     cell : as it is written.
     near : what the readings beside it are near to, in the unit in which they are written.
+    unit : that unit, "" for a number without one.
 
-    >>> in_words(" 0.0000", 33.1243)
-    '"0.0000" stands alone: the readings beside it are near 33.12'
+    >>> in_words(" 0.0000", 33.1243, "N")
+    '"0.0000" stands alone: the readings beside it are near 33.12 N'
     """
-    return f'"{cell.strip()[:40]}" stands alone: the readings beside it are near {near:.4g}'
+    return f'"{cell.strip()[:40]}" stands alone: the readings beside it are near {near:.4g} {unit}'.rstrip()

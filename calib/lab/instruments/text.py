@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
@@ -113,7 +114,10 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
 
 def _goes_on(line: str, following: str) -> bool:
     """Whether a cell in quotes begins in a line and ends in the following one."""
-    return len(line) <= _LONGEST_LINE and _OPEN.search(line) is not None and _CLOSE.match(following) is not None
+    if len(line) > _LONGEST_LINE or _OPEN.search(line) is None or _CLOSE.match(following) is None:
+        return False
+    # A row of numbers goes on in no cell of the row before: a quotation mark was left open.
+    return sum(map(is_numeric, re.split(r"[,;\t]", following.replace('"', "")))) < 2
 
 
 # Zero bytes in a text that is damaged, as a share of it; other files have more.

@@ -106,6 +106,21 @@ def _factor_beside(sheet: Sheet, quantity: str) -> tuple[str, int] | None:
     return sheet.declared_factors.get(shown, of_any)
 
 
+def unit_in_words(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> str:
+    """The unit in which the cells of a column are read, as it is written or said; "" if it has none.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    """
+    quantity = heading.quantity
+    written = heading.unit or sheet.unit_below(index)
+    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    return _asked_unit(quantity, reading) or written or declared
+
+
 def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading, *, clock: bool) -> str:
     """The column as people know it: its name in the file and where its unit was found.
 

@@ -323,9 +323,10 @@ def test_a_doubtful_sign_is_refused_by_read_and_its_advice_works(tmp_path: Path)
     refused = _run("read", tmp_path / "p.csv")
     assert refused.exit_code == 2
     assert "cannot be told which way compression is in force" in _line(refused.output)
-    for option in ("force=compression positive", "force=compression negative"):
+    for option, branch in (("force=compression positive", ("--branch", "unloading")), ("force=compression negative", ())):
         assert f'--sign "{option}"' in _line(refused.output)
-        assert _run("read", tmp_path / "p.csv", "--sign", option).exit_code == 0
+        assert " ".join(branch) in _line(refused.output)
+        assert _run("read", tmp_path / "p.csv", "--sign", option, *branch).exit_code == 0
 
 
 def test_what_is_not_read_of_a_file_is_named_in_read_and_in_the_notes_of_a_sweep(tmp_path: Path) -> None:
@@ -340,3 +341,37 @@ def test_what_is_not_read_of_a_file_is_named_in_read_and_in_the_notes_of_a_sweep
     notes = " ".join(make_sweep("s", "", 5e-3, tmp_path / "a.csv", None).notes)
     assert 'column 4 "T (°C)"' in notes
     assert "Made by hand" not in notes
+
+
+_TESTER = "Time (s),Extension (mm),Load (N)"
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "message", "options"),
+    [
+        (_TESTER, "{t:.1f},{back:.3f},{unload:.4f}", "unloading", "--branch unloading"),
+        (_TESTER, ",{x:.3f},{f:.4f}", "60 x empty cell: time", "--columns time=none"),
+        ("Time (s),Cp (pF),Status", "{t:.1f},{c:.4f},5", "60 x LCR status 5", "--columns status=none"),
+        (_TESTER, "{t:.1f},0.3,{f:.4f}", '"Extension (mm)" stands still', ""),
+        (_TESTER, "{t:.1f},{x:.3f},", 'column "Load (N)" is empty', ""),
+        ("Time (s),Cp (pF)", "{t:.1f},9.9E37", "60 x over-range 9.9E37", ""),
+    ],
+)
+def test_a_file_without_a_row_that_can_be_used_is_refused_with_what_to_do(
+    tmp_path: Path, header: str, row: str, message: str, options: str
+) -> None:
+    depth = [0.01 * i for i in range(60)]
+    load = [6.0 * x**1.7 + 0.2 for x in depth]
+    both = zip(depth, load, depth[::-1], load[::-1], strict=True)
+    rows = [row.format(t=10 * x, x=x, f=f, c=97 + f, back=b, unload=u) for x, f, b, u in both]
+    file, written = tmp_path / "a.csv", tmp_path / "rows.csv"
+    file.write_text("\n".join([header, *rows]) + "\n")
+    refused = _run("read", file, "-o", written)
+    assert refused.exit_code == 2
+    assert not written.exists()
+    assert "none of the 60 row(s) can be used" in _line(refused.output)
+    assert message in _line(refused.output)
+    assert options in _line(refused.output)
+    if options:
+        assert _run("read", file, "-o", written, *options.split()).exit_code == 0
+        assert written.exists()

@@ -154,3 +154,82 @@ def test_monstrous_cells_are_refused_or_read_at_once(tmp_path: Path, content: st
     with contextlib.suppress(InputError):
         read_lab_file(path)
     assert time.process_time() - start < 1.0
+
+
+@pytest.mark.parametrize(
+    ("line", "broken"),
+    [
+        (5, {5: '0.4,0.06780","0.2616'}),  # two marks, and the second one opens a cell
+        (5, {5: '0.4,"0.06780,0.2616'}),
+        (5, {5: '0.4,"0.06780,"0.2616'}),
+        (5, {5: '0.4,0.06780,"0.2616', 6: '0.5,0.08475,0.2907"'}),  # closed by the next row, which is lost in it
+        (5, {5: '0.4,0.06780","0.2616', 9: '0.8,0.13559",0.4004'}),
+        (0, {0: 'Time (s),"Extension (mm),Load (N)"s'}),
+        (60, {60: '5.9,1.00000","6.2000'}),
+    ],
+)
+@pytest.mark.parametrize("column", ["", ",ok"])
+def test_a_quotation_mark_that_is_left_open_is_refused_where_it_stands(
+    tmp_path: Path, line: int, broken: dict[int, str], column: str
+) -> None:
+    lines = [HEAD, *rows()]
+    for at, text in broken.items():
+        lines[at] = text
+    lines = [text + (",Remark" if i == 0 and column else column) for i, text in enumerate(lines)]
+    with pytest.raises(InputError, match="a quotation mark is not closed") as error:
+        read(tmp_path, lines[1:], lines[0])
+    assert error.value.faults[0].line == line + 1
+
+
+@pytest.mark.parametrize("quoted", ['"a 5"" rod"', '"one, two" ', 'a "word" in it', '" "'])
+def test_quotation_marks_in_pairs_are_text(tmp_path: Path, quoted: str) -> None:
+    table = read(tmp_path, [f"{line},{quoted}" for line in rows()], f"{HEAD},Remark")
+    assert len(table.lines) == N
+    assert not any(table.reasons)
+
+
+@pytest.mark.parametrize("shifted", [[3], range(3, N, 10), range(30, N), range(N)])
+def test_a_row_that_begins_with_an_empty_cell_and_has_one_too_many_is_told_as_that(tmp_path: Path, shifted: list[int]) -> None:
+    lines = [f",{line}" if i in shifted else line for i, line in enumerate(rows())]
+    with pytest.raises(InputError) as error:
+        read(tmp_path, lines)
+    fault = error.value.faults[0]
+    assert (fault.line, fault.column) == (shifted[0] + 2, 1)
+    assert "begins with an empty cell" in fault.message
+    assert "decimal mark" not in fault.advice
+    if len(shifted) == N:  # what the advice says of them
+        assert len(read(tmp_path, lines, f",{HEAD}").lines) == N
+    else:
+        assert len(read(tmp_path, [line.lstrip(",") for line in lines]).lines) == N
+
+
+def test_rows_that_are_moved_to_the_right_and_have_lost_their_ends_are_no_clock_of_their_own(tmp_path: Path) -> None:
+    lines = ["," + line.rsplit(",", 1)[0] if i > 30 else line for i, line in enumerate(rows())]
+    table = read(tmp_path, lines)
+    assert not any(table.reasons[:31])
+    assert set(table.reasons[31:]) == {"its cells stand one column too far to the right"}
+
+
+@pytest.mark.parametrize(
+    ("above", "head", "note"),
+    [
+        (["Units: s, mm, N"], "Time,Extension,Load", "line 1 says the unit of time (s)"),
+        (["A press", "Load in N"], "Time (s),Extension (mm),Load", "line 2 says the unit of force (N)"),
+        (["Decimal separator: point"], HEAD, 'line 1 says the decimal mark (".")'),
+        (["MODE: PARALLEL"], "Time (s),Displacement (mm),C (pF)", "line 1 says how the meter takes the capacitance"),
+    ],
+)
+def test_a_line_that_decides_how_the_file_is_read_is_none_that_is_not_read(
+    tmp_path: Path, above: list[str], head: str, note: str
+) -> None:
+    table = read(tmp_path, [*above[1:], head, *rows(F + 90.0)], above[0])
+    assert any(note in said for said in table.notes)
+    assert not any(f"line {len(above)}" in str(unread) or "Load in" in str(unread) for unread in table.unread)
+
+
+def test_the_time_is_not_advised_to_be_left_out_where_nothing_else_ties_the_readings(tmp_path: Path) -> None:
+    for head, leads_out in (("Time (s),Cp (pF)", False), ("Time (s),Cp (pF),Load (N)", True)):
+        lines = [f"{0.1 * (N - i):.1f},{97 + f:.4f},{f:.4f}" for i, f in enumerate(F)]
+        with pytest.raises(InputError, match="time falls") as error:
+            read(tmp_path, [line if leads_out else line.rsplit(",", 1)[0] for line in lines], head)
+        assert ("time=none" in str(error.value)) == leads_out

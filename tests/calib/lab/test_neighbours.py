@@ -68,7 +68,7 @@ def test_a_number_off_by_a_power_of_ten_is_left_out_beside_a_row_out_of_order(tm
 def test_a_peak_that_no_power_of_ten_explains_stands_alone(tmp_path: Path) -> None:
     table = _read(tmp_path, _rows(force={8: f"{5 * FORCE[8]:.4f}"}))
     assert [r for r, why in enumerate(table.reasons) if why] == [8]
-    assert table.reasons[8] == '"1.0000" stands alone: the readings beside it are near 0.2'
+    assert table.reasons[8] == '"1.0000" stands alone: the readings beside it are near 0.2 N'
 
 
 def test_a_lost_mark_does_not_hide_a_number_off_by_a_power_of_ten(tmp_path: Path) -> None:

@@ -169,3 +169,20 @@ def test_coarse_or_wild_readings_about_zero_are_no_switches(tmp_path: Path, seed
     assert _read(tmp_path, P.t, P.d, texts(coarse, 4), heads=(*HEADS[:2], "Load (kN)")).columns["force"].size == 120
     wild = [_read(tmp_path, P.t, P.d, texts(0.01 * rng.normal(size=120), n)) for n in (4, 5) for _ in range(3)]
     assert all(table.columns["force"].size == 120 for table in wild)
+
+
+def test_a_load_of_little_but_noise_that_jumps_by_ten_is_no_switch(tmp_path: Path) -> None:
+    refused = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(100, 400))
+        noise = rng.normal(size=n)
+        for row in range(1, n):
+            noise[row] = 0.8 * noise[row - 1] + 0.6 * noise[row]
+        depth = np.linspace(-0.5, 0.5, n)
+        force = 0.002 * (noise + 3.0 * np.maximum(depth, 0.0) ** 1.5)
+        try:
+            _read(tmp_path, texts(0.1 * np.arange(n), 1), texts(depth, 4), texts(force, 5))
+        except InputError as error:
+            refused += "from this line on" in str(error)
+    assert refused == 0

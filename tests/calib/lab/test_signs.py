@@ -389,3 +389,45 @@ def test_a_record_that_starts_pressed_shows_compression_or_its_sign_is_refused(t
     path.write_text("Time (s),Extension (mm),Load (N)\n" + cells)
     with pytest.raises(InputError, match="cannot be told which way compression is"):
         observe(read_lab_file(path))
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+@pytest.mark.parametrize(("drift", "back"), [(-1.2, 0.6), (-2.0, 0.9), (-2.7, 0.8), (-1.0, 0.3)])
+def test_a_drift_larger_than_the_press_does_not_tell_a_sign_where_the_retreat_is_cut_short(
+    drift: float, back: float, force: int, displacement: int
+) -> None:
+    depth = np.concatenate([np.linspace(0.0, 1.0, 60), np.linspace(1.0, back, max(6, round(60 * (1 - back))))])
+    load = 3.0 * depth**1.5 + 3.0 * drift * np.linspace(0.0, 1.0, depth.size)
+    columns = {"displacement": displacement * (depth + 20.0) * 1e-3, "force": force * load}
+    with contextlib.suppress(InputError):
+        found = observe(table(columns)).signs
+        assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+    sense = {1: "compression positive", -1: "compression negative"}
+    found = observe(table(columns, {"force": sense[force], "displacement": sense[displacement]})).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+@pytest.mark.parametrize("drift", [0.0, 0.08, -0.08])
+@pytest.mark.parametrize("back", [0.0, 0.3, 0.6, 0.9])
+def test_a_small_drift_leaves_the_sign_of_a_press_whose_retreat_is_cut_short(
+    back: float, drift: float, force: int, displacement: int
+) -> None:
+    depth = np.concatenate([np.linspace(-0.2, 1.0, 60), np.linspace(1.0, back, max(6, round(60 * (1 - back))))])
+    load = 3.0 * np.maximum(depth, 0.0) ** 1.5 + 3.0 * drift * np.linspace(0.0, 1.0, depth.size)
+    found = observe(table({"displacement": displacement * depth * 1e-3, "force": force * load})).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+@pytest.mark.parametrize(("drift", "right"), [(-1.4, False), (-2.6, False), (0.0, True), (-0.05, True)])
+def test_a_record_of_a_dozen_rows_under_a_drift_is_in_doubt(drift: float, right: bool, force: int, displacement: int) -> None:
+    depth = np.concatenate([np.linspace(-0.8, 0.8, 6), np.linspace(0.8, -0.8, 6)[1:]])
+    load = np.maximum(depth, 0.0) ** 1.4 + drift * np.linspace(0.0, 1.0, depth.size)
+    columns = {"displacement": displacement * depth * 1e-3, "force": force * load}
+    if not right:
+        with pytest.raises(InputError, match="it cannot be told which way compression is"):
+            observe(table(columns))
+        return
+    found = observe(table(columns)).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
