@@ -209,9 +209,7 @@ class NextMeasurements:
         if done:
             number, one = min(done, key=lambda pair: pair[1].minutes)
             if not one.tells:
-                rest = (
-                    f"; not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
-                )
+                rest = f"; not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
             what = "Green on extrapolation" if not self.else_beyond else "Within the measured force, padding, depth and ball"
             return f"{what} with number {number}: {one.what}{rest}. "
         most = max(self.ranked, key=lambda one: len(one.settles), default=None)

@@ -6,12 +6,12 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from calib.checks import Colour, Reason, verdict_of
+from calib.checks import Reason, verdict_of
 from calib.decision.candidate import Candidate
 from calib.decision.candidates import candidates_of
 from calib.decision.extrapolation import Aim
@@ -484,7 +484,7 @@ def test_where_the_decision_is_sure_already_no_measurement_is_worth_its_time(loo
 @pytest.mark.parametrize("at", [0, 4])
 @pytest.mark.parametrize("colour", ["amber", "red"])
 def test_nothing_is_released_and_no_measurement_spared_where_the_verdict_is_not_green(
-    look: Look, strokes: FloatArray, at: int, colour: Colour
+    look: Look, strokes: FloatArray, at: int, colour: Literal["amber", "red"]
 ) -> None:
     doubt = verdict_of([Reason("prior", colour, "the modulus lies far from what was believed", "Look at it")])
     found = replace(_for_specification(look, float(strokes[at])), verdict=doubt)
