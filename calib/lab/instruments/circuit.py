@@ -62,6 +62,37 @@ def said_circuit(lines: Sequence[str]) -> Circuit | None:
     return found[0] if len(words) == 1 else Circuit("both", "; ".join(c.shown for c in found[:2]), found[0].line)
 
 
+# A meter that shows how far a reading is from a reference, not the reading.
+_DEVIATION = re.compile(
+    r"(?<!standard )(?<!std )(?<!std\. )\b(?:deviation|dev|delta|abweichung\w*|écart|ecart|desviaci[oó]n|scostamento)\b"
+    r"[ _-]*(?:mode|display|meas\w*|function|modus|anzeige)?\s*[:=,;\t ]\s*\W*"
+    r"(?:abs\w*|percent\w*|pct|%|on|ein|yes|ja|true|rel\w*|d?%|Δ\w*)(?![\w])|偏差",
+    re.IGNORECASE,
+)
+
+
+def shows_deviations(sheet: Sheet, index: int) -> list[Fault]:
+    """Refuse a capacitance of a meter that is said, above the header, to show how far it is from a reference.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index : the column of the capacitance.
+    """
+    for number, line in enumerate(sheet.prelude, 1):
+        if _DEVIATION.search(line):
+            message = (
+                f'column "{sheet.names[index]}" holds no capacitance but how far it is from a reference, as line {number} says '
+                f'("{line.strip()[:60]}")'
+            )
+            advice = (
+                "Export the readings themselves, or add the reference and take the line away; or leave it out: "
+                f"{Choice('columns', ('none',), 'capacitance')}"
+            )
+            return [Fault(message, sheet.text.path, number, advice=advice)]
+    return []
+
+
 _BESIDE = (
     ("series", re.compile(r"\b(?:series?|serie[ns]?|seriell|série|ser|cs|ls|reihe\w*)\b|直列|串联", re.IGNORECASE)),
     ("parallel", re.compile(r"\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|並列|并联", re.IGNORECASE)),

@@ -12,7 +12,7 @@ import numpy as np
 from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.choice import choose_columns, missing_columns
-from calib.lab.instruments.circuit import impossible_loss, untold_circuit
+from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.exchanged import exchanged
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
@@ -164,7 +164,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         faults += impossible_loss(sheet, loss, values["dissipation"], told="dissipation" in reading.units)
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
-        notes, faults = notes + more, faults + unclear
+        notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
     faults += of_another_clock(sheet, places)
     faults += several_records(sheet, {q: index for q, index in places.items() if q in values}, values)
     faults += remarks_on_scale(sheet, places)

@@ -31,7 +31,11 @@ _OVER_WORD = re.compile(
     r"over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,}",
     re.IGNORECASE,
 )
-_MISSING = re.compile(r"|nan|n/?a|null|none|-|nicht bekannt|unknown", re.IGNORECASE)
+_MISSING = re.compile(
+    r"|nan|#?n/?a|n\.a\.|#nv|#(?:value|wert|valeur|valor)!|#(?:div|/)/?0!|null|none|-|–|—|missing|no ?data|nicht bekannt|"
+    r"unknown",
+    re.IGNORECASE,
+)
 #: The exponent of a number, for patterns.
 EXPONENT = rf"[eE][{SIGNS}]?\d+"
 
@@ -87,7 +91,7 @@ def is_over_range(cell: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell is empty or says that nothing is there (nan, n/a, nicht bekannt)."""
+    """Whether a cell is empty or says that nothing is there (nan, #N/A, nicht bekannt)."""
     return _MISSING.fullmatch(cell.strip()) is not None
 
 

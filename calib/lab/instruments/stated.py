@@ -24,6 +24,12 @@ _FACTOR = re.compile(
 _TIMES = re.compile(
     rf"(?P<before>[^\d]*?)[\s:=,;\t([]*(?:[x×*]\s?(?P<number>{_NUMBER})|(?P<first>10+)\s?[x×])[)\]\s,;\t\"]*", re.I
 )
+# "multiply Load column by 2", "divide the force by 1000".
+_BY = re.compile(
+    r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|times)\b(?P<what>[^\d]*?)"
+    rf"(?:\b(?:by|with|mit|durch|par|por|per)\s*)(?P<number>{_NUMBER})(?![\w.,]*\d)",
+    re.IGNORECASE,
+)
 # Factors of something else than the readings.
 _OTHERS = re.compile(
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
@@ -90,6 +96,8 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 
     >>> dict(stated_factors(["Load gain: 10", "Gauge factor 2.1", "Load cell capacity: 500 N"]))
     {'force': ('Load gain: 10', 1)}
+    >>> [*stated_factors(["# NOTE: multiply Load column by 2 (bridge of 2024)"])]
+    ['force']
     """
     found: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines, first):
@@ -102,6 +110,9 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 
 def _factor_of(line: str) -> str | None:
     """Of which quantity a line states a factor, "" for any; None if it states none."""
+    told = _BY.search(line)
+    if told is not None and not _is_one(told["number"]) and not _OTHERS.search(told["what"]):
+        return next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), "")
     match = _FACTOR.fullmatch(line)
     if match is not None:
         tail, word = match["tail"].lower().rstrip(")]"), match["word"].lower()

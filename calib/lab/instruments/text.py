@@ -24,6 +24,8 @@ _LONGEST_LINE = 20_000
 # A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
 _HEAD, _BREAKS = 60, 40
+# The exponent of a number in double precision as Fortran writes it, 1.25D-02.
+_FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -93,6 +95,8 @@ def read_lab_text(path: Path) -> LabText:
     encoding, text = _decode(path, data)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if "D+" in text or "D-" in text:
+        text = _FORTRAN.sub("E", text)
     lines = _with_whole_cells(text.split("\n"))
     if max(map(len, lines)) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)

@@ -25,6 +25,9 @@ FEW_STEPS, TOO_FEW_STEPS = 1 / 0.005, 1 / 0.015
 #: Readings in a row at exactly the largest value before a channel is suspected, and the share of its range that must be lost
 #: on this flat top for the grade bad. The load cell or the meter's range ends there, and the curve with it.
 FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
+#: The same where noise lies on the flat top: readings that stay within so many times their noise of their median, at least so
+#: many, rising less than such a share of what they did just before; and the share of the range that must be lost.
+LEVEL_NOISES, LEVEL_READINGS, LEVEL_RISE, LEVEL_LOSS = 4.0, 10, 0.15, 0.05
 #: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
 #: fifth of the curve.
 GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
@@ -95,8 +98,38 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
         finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
         advice = "The channel has reached the end of its range: choose a larger one, or press less."
         return c.grade("clipping", "bad" if lost > FLAT_TOP_LOSS * c.span else "warning", n, "readings", finding, advice)
+    level_off = _levels_off(c) if c.x_unit == "m" else None
+    if level_off is not None:
+        n, lost = level_off
+        level = c.text(c.sign * float(np.median(y[-n:])))
+        finding = (
+            f"{c.name} levels off: its last {n} readings are all near {level}, where it was to rise by {c.text(lost)} more"
+        )
+        advice = "The end of a range, which noise hides, or a load that was held: leave these rows out (--max-depth)."
+        return c.grade("clipping", "bad" if lost > LEVEL_LOSS * c.span else "warning", n, "readings", finding, advice)
     finding = f"{n} reading{'s' if n != 1 else ''} in a row at the largest value, {c.text(c.sign * top)}: no flat top"
     return c.grade("clipping", "good", n, "readings", finding, "")
+
+
+def _levels_off(c: LoadingBranch) -> tuple[int, float] | None:
+    """How many readings at the end of a press stand at one level but for noise, and by how much they were to rise, if any do.
+
+    Their noise is that of the flat top itself: that of the whole channel is too large where it has a kink.
+    """
+    for n in range(c.y.size // 2, LEVEL_READINGS - 1, -1):
+        x, y = c.x[-n:], c.y[-n:]
+        noise = float(np.std(np.diff(y))) / math.sqrt(2)
+        if np.max(np.abs(y - np.median(y))) > LEVEL_NOISES * max(noise, c.step):
+            continue
+        travel = float(x[-1] - x[0])
+        before = (c.x >= x[0] - travel) & (c.x < x[0]) & (np.arange(c.x.size) < c.x.size - n)
+        if travel <= 0 or np.sum(before) < 5:
+            return None
+        rise = slope_and_error(c.x[before], c.y[before])[0]
+        lost = (rise - slope_and_error(x, y)[0]) * travel
+        small = slope_and_error(x, y)[0] < LEVEL_RISE * rise
+        return (n, lost) if small and lost > LEVEL_NOISES * max(noise, c.step) else None
+    return None
 
 
 def check_gap(obs: Observations, c: LoadingBranch) -> Grade | None:

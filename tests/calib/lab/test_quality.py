@@ -253,6 +253,30 @@ def test_a_flat_top_while_the_crosshead_goes_on_is_clipping(tmp_path: Path, limi
         assert "4 N" in found.finding
 
 
+@pytest.mark.parametrize(("limit", "level"), [(math.inf, "good"), (4.8, "bad"), (4.0, "bad"), (2.5, "bad")])
+def test_a_flat_top_under_noise_is_clipping(tmp_path: Path, limit: float, level: str) -> None:
+    t, x, f = Test(limit=limit, noise=0.0).columns()
+    f += 3e-3 * np.random.default_rng(2).normal(size=f.size)
+    lines = [f"{a:.4f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True)]
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
+    found = grade(observe(read_lab_file(tmp_path / "t.csv")), "clipping")
+    assert found.level == level
+    if level == "bad":
+        assert "levels off" in found.finding
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_press_that_gets_softer_does_not_level_off(tmp_path: Path, seed: int) -> None:
+    # A foam whose cells collapse: the rise falls to a third, and does not end.
+    t = np.arange(0, 80, 0.1)
+    x = 0.01 * t
+    d = np.maximum(x - 0.2, 0.0)
+    f = 4 * np.tanh((d / 0.3) ** 1.6) + 0.8 * d + 5e-3 * np.random.default_rng(seed).normal(size=t.size)
+    lines = [f"{a:.4f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True)]
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
+    assert grade(observe(read_lab_file(tmp_path / "t.csv")), "clipping").level == "good"
+
+
 def test_coarse_steps_alone_are_no_clipping(tmp_path: Path) -> None:
     assert grade(Test(decimals=1, noise=0.0).observe(tmp_path), "clipping").level == "good"
 

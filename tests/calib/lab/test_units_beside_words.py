@@ -282,3 +282,48 @@ def test_a_strain_alone_is_refused_with_how_it_is_read_by_a_height(tmp_path: Pat
     assert '--columns "displacement=Compression (%)" --units "displacement=0.02 mm"' in refusal(tmp_path, lines)
     table = read(tmp_path, lines, columns={"displacement": "Compression (%)"}, units={"displacement": "0.02 mm"})
     np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------ what is said above a header
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# NOTE: multiply Load column by 2 (bridge calibration 2024)",
+        "Force values must be divided by 1000",
+        "Kraft mit 2,5 multiplizieren: multiplizieren mit 2,5",
+    ],
+)
+def test_a_factor_that_is_to_be_applied_is_asked_for(tmp_path: Path, line: str) -> None:
+    said = refusal(tmp_path, [line, "Time (s),Displacement (mm),Load (N)", *rows(*PRESS)])
+    assert "states a factor" in said
+    twice = read(tmp_path, [line, "Time (s),Displacement (mm),Load (N)", *rows(*PRESS)], units={"force": "2 N"})
+    assert_press(twice, 2 * FORCE)
+
+
+@pytest.mark.parametrize("line", ["Deviation mode: ABS, REF 90.000 pF", "DEV,%", "Abweichung: ein", "Delta mode = REL"])
+def test_a_meter_that_shows_deviations_has_no_capacitance(tmp_path: Path, line: str) -> None:
+    table = [line, "Time (s),Cp (pF),D", *rows(TIME, CAPACITANCE - 90, 0.004 + 0 * TIME)]
+    assert "how far it is from a reference" in refusal(tmp_path, table)
+
+
+@pytest.mark.parametrize(
+    "line", ["Deviation mode: OFF", "Standard deviation (%): 0.1", "Operator: Dev Patel", "deviation: 0.3 %"]
+)
+def test_a_meter_that_shows_none_is_read(tmp_path: Path, line: str) -> None:
+    table = read(tmp_path, [line, "Time (s),Cp (pF),D", *rows(TIME, CAPACITANCE, 0.004 + 0 * TIME)])
+    np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-9)
+
+
+def test_exponents_as_fortran_writes_them_are_read(tmp_path: Path) -> None:
+    lines = [",".join(f"{v:.10E}".replace("E", "D") for v in row) for row in zip(*PRESS, strict=True)]
+    assert_press(read(tmp_path, ["Time (s),Displacement (mm),Force (N)", *lines]))
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "#NV", "#VALUE!", "#DIV/0!", "n.a.", "—"])
+def test_a_cell_of_a_spreadsheet_without_a_number_is_empty(tmp_path: Path, cell: str) -> None:
+    lines = rows(*PRESS)
+    lines[20] = ",".join([*lines[20].split(",")[:2], cell])
+    table = read(tmp_path, ["Time (s),Displacement (mm),Force (N)", *lines])
+    assert [k for k, why in enumerate(table.reasons) if why] == [20]
