@@ -20,6 +20,8 @@ _FACTOR = re.compile(
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
+# The same before a name.
+_LEADING = re.compile(r"x ?10+(?=[\s_])", re.IGNORECASE)
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
@@ -83,7 +85,11 @@ def factor_in(text: str) -> str:
 
     >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Kraft in 10 mN"), factor_in("Load cell 2")
     ('*1E-3', '/10', '10', '')
+    >>> factor_in("x10 Load"), factor_in("x1 Load")
+    ('x10', '')
     """
+    if leading := _LEADING.match(text):
+        return leading[0]
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
