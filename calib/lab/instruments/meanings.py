@@ -15,8 +15,7 @@ PLAIN = 200
 # Names with a number or a letter behind or before them: "load 2", "cap2", "force b", "load .1", "c 1 force", "ch3 load".
 _NUMBERED = re.compile(r"^(?P<name>.*[^\W\d])[ #.-]*(?P<index>\d{1,3})$")
 _LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-f]|ii|iii)$")
-# "x10 force" is ten times it, or a tenth; "x1 force" is a channel.
-_LEADING = re.compile(r"^(?!x ?10+ )(?:[a-z]|ch|chan|channel|kanal|sensor|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
+_LEADING = re.compile(r"^(?:[a-z]|ch|chan|channel|kanal|sensor|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
 _AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)? ?[km]?hz)$")
 _AXIS = re.compile(r"^(?:(?P<name>.+?)[ -]?(?P<axis>[xyz])|(?P<first>[xyz])[ -](?P<rest>.+))$")
 # A channel by its number only, whose unit says what it measures.

@@ -285,7 +285,9 @@ def test_a_strain_alone_is_refused_with_how_it_is_read_by_a_height(tmp_path: Pat
     np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["x10 Force (N)", "X100_Load (N)", "x 10 Kraft [N]", "x1000  Force"])
+@pytest.mark.parametrize(
+    "name", ["x10 Force (N)", "X100_Load (N)", "x 10 Kraft [N]", "x1000  Force", "/10 Force (N)", ":10 Load (N)"]
+)
 def test_a_factor_before_a_name_is_no_number_of_a_channel(name: str) -> None:
     assert understand(name) is None
     assert "factor" in heading_as("force", name, "").unit_doubt
