@@ -20,6 +20,8 @@ _FACTOR = re.compile(
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
+# The same before a name.
+_LEADING = re.compile(r"\s*(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])", re.IGNORECASE)
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
@@ -83,11 +85,25 @@ def factor_in(text: str) -> str:
 
     >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Kraft in 10 mN"), factor_in("Load cell 2")
     ('*1E-3', '/10', '10', '')
+    >>> factor_in("x10 Load"), factor_in("x1 Load")
+    ('x10', '')
     """
+    if leading := leading_factor(text):
+        return leading
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
     return match[0] if match else ""
+
+
+def leading_factor(text: str) -> str:
+    """The factor before a name, "" if there is none; "x1" is a channel.
+
+    >>> leading_factor("x10 Load"), leading_factor("/10 Load"), leading_factor("x1 Load")
+    ('x10', '/10', '')
+    """
+    match = _LEADING.match(text)
+    return match[0].strip() if match else ""
 
 
 def is_wiring(text: str) -> bool:

@@ -17,6 +17,7 @@ from calib.lab.instruments.brackets import (
     is_remark,
     is_wiring,
     kind_of_unit,
+    leading_factor,
     no_record,
     tidy,
     without_brackets,
@@ -217,6 +218,8 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
 @lru_cache(maxsize=4096)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
+    if factor := leading_factor(cell):
+        return f'the factor "{factor}" stands before its name'
     cell = tidy(cell)
     if spelled := spelled_unit(cell):
         quantity, written = spelled

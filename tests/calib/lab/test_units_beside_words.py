@@ -12,6 +12,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
 from calib.lab.instruments.unit_cells import UnitCell, begins_with_unit, unit_cell
+from calib.lab.instruments.vocabulary import heading_as, understand
 
 N = 80
 TIME = np.round(np.arange(N) * 0.1, 3)
@@ -284,6 +285,7 @@ def test_a_strain_alone_is_refused_with_how_it_is_read_by_a_height(tmp_path: Pat
     np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-9)
 
 
+<<<<<<< HEAD
 # ------------------------------------------------------------------------------------------------ what is said above a header
 
 
@@ -327,3 +329,13 @@ def test_a_cell_of_a_spreadsheet_without_a_number_is_empty(tmp_path: Path, cell:
     lines[20] = ",".join([*lines[20].split(",")[:2], cell])
     table = read(tmp_path, ["Time (s),Displacement (mm),Force (N)", *lines])
     assert [k for k, why in enumerate(table.reasons) if why] == [20]
+=======
+@pytest.mark.parametrize(
+    "name", ["x10 Force (N)", "X100_Load (N)", "x 10 Kraft [N]", "x1000  Force", "/10 Force (N)", ":10 Load (N)"]
+)
+def test_a_factor_before_a_name_is_no_number_of_a_channel(name: str) -> None:
+    assert understand(name) is None
+    assert "factor" in heading_as("force", name, "").unit_doubt
+    assert understand("X1 Force (N)") is not None
+    assert understand("C_1_Force[kN]") is not None
+>>>>>>> door38
