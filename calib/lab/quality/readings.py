@@ -102,9 +102,7 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
     if level_off is not None:
         n, lost = level_off
         level = c.text(c.sign * float(np.median(y[-n:])))
-        finding = (
-            f"{c.name} levels off: its last {n} readings are all near {level}, where it was to rise by {c.text(lost)} more"
-        )
+        finding = f"{c.name} levels off: its last {n} readings are near {level}, where it was to rise by {c.text(lost)} more"
         advice = "The end of a range, which noise hides, or a load that was held: leave these rows out (--max-depth)."
         return c.grade("clipping", "bad" if lost > LEVEL_LOSS * c.span else "warning", n, "readings", finding, advice)
     finding = f"{n} reading{'s' if n != 1 else ''} in a row at the largest value, {c.text(c.sign * top)}: no flat top"

@@ -285,7 +285,6 @@ def test_a_strain_alone_is_refused_with_how_it_is_read_by_a_height(tmp_path: Pat
     np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-9)
 
 
-<<<<<<< HEAD
 # ------------------------------------------------------------------------------------------------ what is said above a header
 
 
@@ -329,7 +328,8 @@ def test_a_cell_of_a_spreadsheet_without_a_number_is_empty(tmp_path: Path, cell:
     lines[20] = ",".join([*lines[20].split(",")[:2], cell])
     table = read(tmp_path, ["Time (s),Displacement (mm),Force (N)", *lines])
     assert [k for k, why in enumerate(table.reasons) if why] == [20]
-=======
+
+
 @pytest.mark.parametrize(
     "name", ["x10 Force (N)", "X100_Load (N)", "x 10 Kraft [N]", "x1000  Force", "/10 Force (N)", ":10 Load (N)"]
 )
@@ -338,4 +338,3 @@ def test_a_factor_before_a_name_is_no_number_of_a_channel(name: str) -> None:
     assert "factor" in heading_as("force", name, "").unit_doubt
     assert understand("X1 Force (N)") is not None
     assert understand("C_1_Force[kN]") is not None
->>>>>>> door38
