@@ -62,14 +62,17 @@ def verify(
                 say(f"{finding.state:<13} {finding.name}{f' ({finding.note})' if finding.note else ''}")
         if blocks:
             say(f"{'fine':<13} checkpoint ({len(blocks)} files)")
-        wrong = [f for f in findings if f.state != "fine"]
+        wrong = [f for f in findings if f.wrong]
+        unchecked = ". The signature was not checked: nothing tells who wrote them" * any(
+            f.state == "not checked" for f in findings
+        )
         if received is not None:
             _say_received(received, len(wrong))
         else:
             say(
                 f"{len(wrong)} of {len(findings)} files are not as they were."
                 if wrong
-                else f"All {len(findings)} files are as they were."
+                else f"All {len(findings)} files are as they were{unchecked}."
             )
     if wrong:
         raise not_usable(f"{first_of([f.name for f in wrong])} {'is' if len(wrong) == 1 else 'are'} not as written")

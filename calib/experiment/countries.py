@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 
 # Officially assigned alpha-2 codes of ISO 3166-1 with short names (as in the tz database, which is in the public domain).
@@ -272,6 +273,16 @@ _OFTEN: Mapping[str, str] = {
     "HOLLAND": "NL",
     "UAE": "AE",
 }
+# Three letters of ISO 3166-1 that do not begin with the two of the same country, and these.
+_THREE = """
+    ABW AW AGO AO AIA AI ALA AX AND AD ARE AE ARM AM ATA AQ ATF TF ATG AG AUT AT BEN BJ BES BQ BGD BD BHS BS BIH BA BLM BL
+    BLR BY BLZ BZ BMU BM BRB BB BRN BN CAF CF CHL CL CHN CN COD CD COG CG COK CK COM KM CPV CV CUW CW CYM KY DNK DK DZA DZ
+    ESH EH EST EE FLK FK FRO FO FSM FM GIN GN GLP GP GNB GW GNQ GQ GRD GD GRL GL GTM GT GUF GF GUY GY IRL IE IRQ IQ ISL IS
+    ISR IL JAM JM KAZ KZ KOR KR LBR LR LBY LY MAC MO MAF MF MDA MD MDG MG MDV MV MEX MX MLT MT MNE ME MNP MP MOZ MZ MRT MR
+    MSR MS MTQ MQ MYT YT PAK PK PCN PN PLW PW PNG PG POL PL PRK KP PRT PT PRY PY PYF PF SEN SN SGS GS SLB SB SLV SV SPM PM
+    SRB RS SUR SR SVK SK SVN SI SWE SE SWZ SZ SYC SC TCD TD TKM TM TUN TN TUR TR TUV TV UKR UA URY UY WSM WS
+"""
+_OF_THREE: Mapping[str, str] = dict(re.findall(r"([A-Z]{3}) ([A-Z]{2})", _THREE))
 
 
 def nearest_countries(said: str) -> tuple[str, ...]:
@@ -283,12 +294,16 @@ def nearest_countries(said: str) -> tuple[str, ...]:
 
     >>> nearest_countries("UK"), nearest_countries("New Zeeland"), nearest_countries("nz")
     (('GB',), ('NZ',), ('NZ',))
+    >>> nearest_countries("DEU"), nearest_countries("AUT"), nearest_countries("POL")
+    (('DE',), ('AT',), ('PL',))
     """
     told = said.strip().upper()
     if told in COUNTRIES:
         return (told,)
     if told in _OFTEN:
         return (_OFTEN[told],)
+    if len(told) == 3 and (code := _OF_THREE.get(told, told[:2])) in COUNTRIES:
+        return (code,)
     named = {name.upper(): code for code, name in COUNTRIES.items()}
     if close := difflib.get_close_matches(told, named, n=1, cutoff=0.7):
         return (named[close[0]],)

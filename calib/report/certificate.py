@@ -444,6 +444,10 @@ def _said(laboratory: Laboratory) -> dict[str, str]:
     return {**asdict(laboratory), "country": laboratory.country or laboratory.city}
 
 
+# The head of a table that must stand once.
+_ONCE = "[laboratory]  # or, if that table is there already, these lines into it"
+
+
 def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument], sweeps: Sequence[Sweep]) -> tuple[str, ...]:
     """The lines of an experiment file that say what is missed, to be filled in; what is left as it is here is refused there.
 
@@ -455,7 +459,7 @@ def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument], swee
     said = _said(laboratory)
     lines = [f"{key} = {_BLANKS[key]}  # {what}" for key, what in _WHO.items() if not said[key]]
     if lines:
-        lines.insert(0, "# into the table [laboratory] that is there:" if any(said.values()) else "[laboratory]")
+        lines.insert(0, "# into the table [laboratory] that is there:" if any(said.values()) else _ONCE)
     for instrument in instruments:
         own = [f"{key} = {_BLANKS[key]}" for key in _WHAT_WITH if not getattr(instrument, key)]
         lines += [f"# into the table [[instruments]] of the {instrument.kind}:", *own] if own else []

@@ -55,7 +55,7 @@ from calib.runs.listing import (
 from calib.signature import PublicKey, fault_of, read_signature
 from calib.visible import shortened, visible
 
-State = Literal["fine", "changed", "missing", "not finished", "stale"]
+State = Literal["fine", "not checked", "changed", "missing", "not finished", "stale"]
 
 #: What a certificate says that comes of no result of its run.
 _UNTOLD = "when it was issued, and with which versions"
@@ -84,6 +84,11 @@ class Finding:
     name: str
     state: State
     note: str = ""
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the file is not as it was; of a signature that was not checked nothing is known."""
+        return self.state not in ("fine", "not checked")
 
 
 class NotOfThisRunError(Exception):
@@ -151,8 +156,8 @@ def check_signature(certificate: Path, key: PublicKey | None) -> Finding | None:
     except InputError as error:
         return Finding(path.name, "changed", error.faults[0].message)
     if key is None:
-        note = f"signed with the key {signature.name}, which is not checked: give the laboratory's own with --public-key"
-        return Finding(path.name, "fine", note)
+        note = f"said to be signed with the key {signature.name}: give the laboratory's own with --public-key"
+        return Finding(path.name, "not checked", note)
     content = certificate.read_bytes()
     if fault := fault_of(signature, content, key):
         return Finding(path.name, "changed", fault)

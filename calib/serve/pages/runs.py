@@ -172,8 +172,8 @@ async def verified(request: Request) -> Response:
     folder, key = space.run(query.get("name", "")), query.get("key", "")
     public = keys_of(request).publics().get(key)
     findings = await working(verify, folder, public)
-    wrong = [(f.state, f.name.replace(f"{space.folder}/", ""), f.note) for f in findings if f.state != "fine"]
-    told = [f for f in findings if f.state == "fine" and f.name in CERTIFICATES and f.note]
+    wrong = [(f.state, f.name.replace(f"{space.folder}/", ""), f.note) for f in findings if f.wrong]
+    told = [f for f in findings if not f.wrong and f.name in CERTIFICATES and f.note]
     return part("verified.html.j2", wrong=wrong, told=told, n=len(findings), key=key if public is not None else "")
 
 

@@ -309,9 +309,7 @@ def test_a_meter_that_shows_deviations_has_no_capacitance(tmp_path: Path, line: 
     assert "how far it is from a reference" in refusal(tmp_path, table)
 
 
-@pytest.mark.parametrize(
-    "line", ["Deviation mode: OFF", "Standard deviation (%): 0.1", "Station: Dev 2", "deviation: 0.3 %"]
-)
+@pytest.mark.parametrize("line", ["Deviation mode: OFF", "Standard deviation (%): 0.1", "Station: Dev 2", "deviation: 0.3 %"])
 def test_a_meter_that_shows_none_is_read(tmp_path: Path, line: str) -> None:
     table = read(tmp_path, [line, "Time (s),Cp (pF),D", *rows(TIME, CAPACITANCE, 0.004 + 0 * TIME)])
     np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-9)
