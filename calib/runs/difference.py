@@ -51,20 +51,29 @@ def diff_runs(first: Run, second: Run, *, same_specimens: bool = False) -> Diffe
 
 def _names(first: Run, second: Run) -> tuple[str, str]:
     """Names of the runs by which they are told apart."""
-    one, other = (" ".join(visible(run.folder.name or str(run.folder)).split()) for run in (first, second))
-    if one != other:
-        return one, other
-    one, other = str(first.folder), str(second.folder)
-    return (one, other) if one != other else (f"{one} (first)", f"{other} (second)")
+    folders = [run.folder.absolute() for run in (first, second)]
+    for k in range(1, max(len(folder.parts) for folder in folders) + 1):
+        one, other = (" ".join(visible(str(PurePath(*folder.parts[-k:]))).split()) for folder in folders)
+        if one != other:
+            return one, other
+    return f"{folders[0].name} (first)", f"{folders[1].name} (second)"
 
 
 def _changed(first: Run, second: Run) -> Iterator[Changed]:
     """What is not the same in two runs, what decides the numbers first."""
-    known = [dict(_facts(run)) for run in (first, second)]
-    for what in dict.fromkeys([*known[0], *known[1]]):
-        one, other = (of.get(what, "-") for of in known)
-        if one != other:
-            yield Changed(what, one, other)
+    yield from _not_alike(*(dict(_facts(run)) for run in (first, second)))
+    ones, others = (_presses(run.posterior) for run in (first, second))
+    for title in dict.fromkeys([*ones, *others]):
+        if title in ones and title in others:
+            yield from _not_alike(ones[title], others[title])
+        else:
+            yield Changed(f"press {title}", *("there" if title in of else "-" for of in (ones, others)))
+
+
+def _not_alike(one: Mapping[str, str], other: Mapping[str, str]) -> Iterator[Changed]:
+    for what in dict.fromkeys([*one, *other]):
+        if one.get(what, "-") != other.get(what, "-"):
+            yield Changed(what, one.get(what, "-"), other.get(what, "-"))
 
 
 def _facts(run: Run) -> Iterator[tuple[str, str]]:
@@ -73,9 +82,6 @@ def _facts(run: Run) -> Iterator[tuple[str, str]]:
     yield "forward model", f"{run.forward.name}, {run.forward.identity}"
     yield from _of_experiment(posterior.experiment)
     yield from _priors(posterior)
-    for sweep in posterior.sweeps:
-        for name, sha in sweep.files:
-            yield f"file of {sweep.title}: {name}", f"SHA-256 {sha[:12]}"
     yield "seed", str(posterior.seed)
     yield from sorted((name, value) for name, value in posterior.attrs.items() if name.startswith("version of "))
 
@@ -85,10 +91,19 @@ def _of_experiment(experiment: Experiment) -> Iterator[tuple[str, str]]:
     for name, value in record.items():
         if name not in (*_NOT_TOLD, "priors", "specimens"):
             yield name, _word(value)
-    for specimen in record["specimens"]:
+
+
+def _presses(posterior: Posterior) -> dict[str, dict[str, str]]:
+    """What is said of each press, and the bytes of its files, by its title."""
+    found: dict[str, dict[str, str]] = {}
+    for specimen in json.loads(experiment_to_json(posterior.experiment))["specimens"]:
         for sweep in specimen["sweeps"]:
             of = ", ".join(part for part in (specimen["name"], sweep["name"]) if part)
-            yield from ((f"{name} of {of}", _word(value)) for name, value in _flat(sweep) if name != "name")
+            found[of] = {f"{name} of {of}": _word(value) for name, value in _flat(sweep) if name != "name"}
+    for measured in posterior.sweeps:
+        files = {f"file of {measured.title}: {name}": f"SHA-256 {sha[:12]}" for name, sha in measured.files}
+        found.setdefault(measured.title, {}).update(files)
+    return found
 
 
 def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

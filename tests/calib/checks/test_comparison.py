@@ -11,8 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from calib.checks.comparison import compare_runs, comparison_in_words, doubts
+from calib.checks.verdict import Verdict
 from calib.cli import app
 from calib.errors import InputError
+from calib.runs.folder import Run
 from calib.sampling.posterior import Posterior
 from calib.sampling.storage import save_posterior
 from models.analytic import ClosedForm
@@ -72,7 +74,10 @@ def test_a_model_that_is_off_by_more_than_it_states_is_said(posterior: Posterior
     assert any(doubt.startswith("b: at 12 loading curves") and "times the error it states" in doubt for doubt in found)
 
 
-def test_the_command_prints_a_table_and_a_verdict(posterior: Posterior, tmp_path: Path) -> None:
+def test_the_command_prints_a_table_and_a_verdict(
+    posterior: Posterior, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Run, "verdict", property(lambda run: Verdict()))  # no curves go with these draws
     stuck = replace(worse(posterior, 5.0), experiment=replace(posterior.experiment, stick=True))
     for name, p in (("neo", posterior), ("stick", stuck)):
         (tmp_path / name).mkdir()

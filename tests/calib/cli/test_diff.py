@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -55,6 +56,21 @@ def test_diff_shows_unknowns_and_all_that_is_not_the_same(runs: Path, tmp_path: 
     assert "file of sensor 1: new sensor 1_force.csv" in said
     assert "Taken for one and the same in both" in said
     assert (tmp_path / "curves.png").stat().st_size > 10_000
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders_and_a_press_of_one_alone_is_one_line(
+    runs: Path, tmp_path: Path
+) -> None:
+    for lab, name in (("monday", "lot 1"), ("friday", "lot [2]")):
+        shutil.copytree(runs / name, tmp_path / lab / "run")
+    result = _run("diff", tmp_path / "monday" / "run", tmp_path / "friday" / "run")
+    said = _said(result)
+    assert Path("monday", "run").as_posix() in said
+    assert str(tmp_path) not in result.stdout
+    table = result.stdout[result.stdout.index("not the same") :]
+    assert "press sensor 2" in table
+    assert " of sensor 2" not in table
+    assert "null" not in table
 
 
 def test_diff_prints_json_for_programs(runs: Path) -> None:
