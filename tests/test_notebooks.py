@@ -52,7 +52,7 @@ def test_notebook_runs(path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "results"),
     [
-        ("calibrate", ("converged: True  surrogate honest: True", "Build about 5.5 mm of padding")),
+        ("calibrate", ("converged: True  surrogate honest: True", "build about 5.5 mm of padding")),
         ("decide", ("converged: True", "mm of padding", "For the drawing")),
         ("next_measurement", ("converged: True", "Most for an hour in the lab")),
         ("compare_models", ("converged: True",)),

@@ -142,6 +142,11 @@ def _say(made: Batch, folder: Path) -> None:
     if len(made.rows) > _MOST:
         say(f"and {len(made.rows) - _MOST} more: batch.csv has all of them")
     say_verdict(made.of_specimens, batch_status(made), made.verdict.colour)
+    if made.pooling == "complete":
+        say(
+            "The lot was calibrated as one material: newcomers are held to that of the calibrated specimens, with no spread of "
+            'their own. With pooling = "partial" in the experiment file of the lot each has its own.'
+        )
     for trend in made.trends:
         say(f"{trend.in_words(DRIFTING[trend.quantity])[:1].upper()}{trend.in_words(DRIFTING[trend.quantity])[1:]}.")
     if (risks := made.risks) is not None:

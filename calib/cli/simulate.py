@@ -40,7 +40,7 @@ def simulate(
     design: Annotated[Path, typer.Argument(help="The design file (TOML): indenter, sensor, padding or layers.")],
     displacement: Annotated[str | None, typer.Option(help='Indentation to go to, with unit, e.g. "0.7 mm".')] = None,
     force: Annotated[str | None, typer.Option(help='Force to go to instead, e.g. "5 N".')] = None,
-    steps: Annotated[int, typer.Option(min=1, max=100000, help="Equal steps up to there.")] = 14,
+    steps: Annotated[int, typer.Option(min=1, max=100000, help="Equal steps up to there (of --force in force).")] = 14,
     model: Annotated[
         ModelName, typer.Option(help="fem is exact and slow, closed-form rough and instant.")
     ] = ModelName.surrogate,

@@ -12,6 +12,7 @@ from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
+from calib.decision.extrapolation import EXTRAPOLATION, PROVISO
 from calib.decision.guard_band import Drawing, inwards, nominals, step_of
 from calib.decision.words import percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
@@ -234,9 +235,11 @@ class Conformity:
         chosen = "" if b.name == "as measured" else f" ({b.name})"
         p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
         lines = []
+        beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
         if self.met:
+            build = f"{PROVISO}build" if beyond else "Build"
             lines.append(
-                f"Build {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."
+                f"{build} {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."
             )
         else:
             lines.append(

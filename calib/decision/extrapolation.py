@@ -21,6 +21,8 @@ MARGIN = 1.1
 
 #: Gate of what goes beyond the data.
 EXTRAPOLATION = "extrapolation"
+#: How an advice begins that goes beyond what was measured.
+PROVISO = "If the model holds beyond what was measured, "
 
 # Beside a thickness that is near the best with no more than this probability the signal has fallen off, and a thickness
 # farther out is not taken for a better one.

@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.conformity import Conformity
+from calib.decision.extrapolation import EXTRAPOLATION, PROVISO
 from calib.decision.requirement import Requirement
 from calib.decision.words import percent, sensor_in_words, spans_in_words, void_in_words
 from calib.digits import interval_text, number_or_unknown, places_of
@@ -248,9 +249,11 @@ class Recommendation:
         if self.verdict.colour == "red":
             return void_in_words(self.verdict)
         r, mm = self.requirement, 1e3
-        start = f"Build about {self.best_in_words} of padding."
+        start = f"build about {self.best_in_words} of padding."
         if self.best_probability < 0.5:
-            start = f"There is no clear best padding; the least doubtful choice is about {self.best_in_words}."
+            start = f"there is no clear best padding; the least doubtful choice is about {self.best_in_words}."
+        beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
+        start = f"{PROVISO}{start}" if beyond else f"{start[0].upper()}{start[1:]}"
         change, within = _middle_and_ends(self.change_at_best * 100)
         text = (
             f"{start} At {r.force:g} N it gives a capacitance change of {change} % "

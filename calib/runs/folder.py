@@ -89,11 +89,13 @@ def load_run(folder: Path | str) -> Run:
     folder = Path(folder)
     path = folder / POSTERIOR
     if not path.is_file():
-        advice = (
-            "It was stopped before its end: continue it with --resume"
-            if (folder / LISTING).exists()
-            else "Run `calib calibrate` first"
-        )
+        advice = "Run `calib calibrate` first"
+        if (folder / LISTING).exists():
+            advice = "It was stopped before its end: continue it with --resume"
+        elif folder.name == "average":
+            advice = "`calib compare EXPERIMENT -o FOLDER` makes FOLDER/average as the last thing, of the models that are left"
+        elif not folder.exists():
+            advice = f"There is no folder {folder}: give the one that `calib calibrate` has written"
         raise InputError(Fault("there is no finished calibration in this folder (no posterior.nc)", folder, advice=advice))
     listing = read_listing(folder)
     sha256 = sha256_of(path)
