@@ -35,6 +35,8 @@ BEFORE_SAMPLING = "reasons before sampling"
 OF_MODELS = "reasons of the models"
 # Models whose Bayes factors differ by less, as a logarithm (by a factor of 20), describe the data about as well.
 _AS_WELL = 3.0
+# Logarithm of a Bayes factor from which the better of two models is said to be better: "positive" (Kass & Raftery).
+_CLEARLY = 1.0
 _WHAT_TELLS = (
     "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, times that were counted and not "
     "measured), and settle it by a press or a measurement that is not among these data."
@@ -160,8 +162,9 @@ def _departures(posterior: Posterior) -> Iterator[Reason]:
         told = "; or ".join(departure_in_words(d, posterior) for d in alike)
         which = "other models describe" if len(alike) > 1 else "another model describes"
         apart = ", which do not tell them apart" if len(alike) > 1 else ""
+        how = "better than" if known[0].log_bayes > _CLEARLY else "at least as well as"
         finding = (
-            f"{which} these data better than the one given{apart}: {told}. Odds are among the models that were asked: what "
+            f"{which} these data {how} the one given{apart}: {told}. Odds are among the models that were asked: what "
             "none of them has (a part of the base that is not bonded, dirt on the ball, a cell or a meter that reads wrongly) "
             "may look like one of them"
         )

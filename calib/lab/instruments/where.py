@@ -30,6 +30,10 @@ class RowsAsked:
     columns: tuple[int, ...]
 
 
+# Rows that a press has at least.
+_FEWEST = 4
+
+
 def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
     """Choose the rows that hold the values which the user asks for.
 
@@ -75,6 +79,18 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
                     int(sheet.lines[0]),
                     column + 1,
                     advice=f'Say one of them: --where "{asked_name(sheet, column)}={next((c for c in cells if c), "...")}"',
+                )
+            )
+            continue
+        if int(here.sum()) < _FEWEST <= len(cells) and len(set(cells)) > len(cells) / _FEWEST:
+            faults.append(
+                Fault(
+                    f'column "{name}" tells no records apart: it holds {len(set(cells))} values in {len(cells)} rows, '
+                    f'and "{value}" in {int(here.sum())} of them',
+                    sheet.text.path,
+                    sheet.header_line or None,
+                    column + 1,
+                    advice="Name the column whose value is the same in all rows of a press, or correct the header",
                 )
             )
             continue

@@ -81,7 +81,7 @@ def test_a_discrepancy_above_what_was_believed_is_no_success(
     assert all("5.4 %" in r.finding for r in found)
 
 
-@pytest.mark.parametrize(("log_bayes", "level"), [(-200.0, None), (0.9, None), (1.5, "amber"), (44.0, "red")])
+@pytest.mark.parametrize(("log_bayes", "level"), [(-200.0, None), (-0.1, None), (0.1, "amber"), (1.5, "amber"), (44.0, "red")])
 def test_a_model_that_the_data_prefer_takes_the_green_away(
     make_posterior: MakePosterior, log_bayes: float, level: str | None
 ) -> None:
