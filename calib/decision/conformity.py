@@ -12,9 +12,8 @@ from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
-from calib.decision.extrapolation import EXTRAPOLATION, PROVISO
 from calib.decision.guard_band import Drawing, inwards, nominals, step_of
-from calib.decision.words import percent, void_in_words
+from calib.decision.words import EXTRAPOLATION, PROVISO, percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 

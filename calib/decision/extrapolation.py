@@ -10,7 +10,7 @@ from statistics import median
 import numpy as np
 
 from calib.checks import Reason
-from calib.decision.words import spans_in_words
+from calib.decision.words import EXTRAPOLATION, spans_in_words
 from calib.lab import Sweep
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior
@@ -18,11 +18,6 @@ from models.sensor import BoolArray, FloatArray
 
 #: What is asked may exceed what was measured by this factor before it counts as extrapolation.
 MARGIN = 1.1
-
-#: Gate of what goes beyond the data.
-EXTRAPOLATION = "extrapolation"
-#: How an advice begins that goes beyond what was measured.
-PROVISO = "If the model holds beyond what was measured, "
 
 # Beside a thickness that is near the best with no more than this probability the signal has fallen off, and a thickness
 # farther out is not taken for a better one.

@@ -28,7 +28,7 @@ from calib.decision.candidate import Candidate
 from calib.decision.candidates import candidates_of
 from calib.decision.choices import choices_of
 from calib.decision.conformity import Conformity
-from calib.decision.extrapolation import EXTRAPOLATION, Aim, Measured, exceeded, measured_presses
+from calib.decision.extrapolation import Aim, Measured, exceeded, measured_presses
 from calib.decision.gain import CovarianceTimes, covariance, present_knowledge, with_measurement
 from calib.decision.hinges import hinges_of
 from calib.decision.known import Known
@@ -44,6 +44,7 @@ from calib.decision.requirement import Requirement
 from calib.decision.specified import answer
 from calib.decision.target import LearningTarget, modulus_target, regret, signal_target
 from calib.decision.wanted_presses import largest_load
+from calib.decision.words import EXTRAPOLATION
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Specification
 from calib.problem import Problem, coordinates_of, plan_sweeps

@@ -10,9 +10,8 @@ import numpy as np
 
 from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.conformity import Conformity
-from calib.decision.extrapolation import EXTRAPOLATION, PROVISO
 from calib.decision.requirement import Requirement
-from calib.decision.words import percent, sensor_in_words, spans_in_words, void_in_words
+from calib.decision.words import EXTRAPOLATION, PROVISO, percent, sensor_in_words, spans_in_words, void_in_words
 from calib.digits import interval_text, number_or_unknown, places_of
 from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray

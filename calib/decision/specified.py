@@ -22,7 +22,7 @@ from calib.decision.causes import causes
 from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
-from calib.decision.extrapolation import EXTRAPOLATION, MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
+from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
 from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
@@ -30,7 +30,7 @@ from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
-from calib.decision.words import sensor_in_words, spans_in_words
+from calib.decision.words import EXTRAPOLATION, sensor_in_words, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
 from calib.sampling import Posterior

@@ -7,6 +7,10 @@ import numpy as np
 from calib.checks import Verdict
 from models.sensor import BoolArray, FloatArray
 
+#: Gate of what goes beyond the data, and how an advice begins that does.
+EXTRAPOLATION = "extrapolation"
+PROVISO = "If the model holds beyond what was measured, "
+
 
 def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
     """Whose sensor an answer is for, in a sentence.
