@@ -208,7 +208,7 @@ const text = one("#text"), fields = one("#fields");
 if (text) {
   const seen = one("#seen"), said = one("#said"), state = one("#text-state"), light = one("#light");
   const forms = JSON.parse(fields.dataset.forms);
-  let dirty = false, wait = 0, waitLight = 0, queue = Promise.resolve();
+  let dirty = false, drawing = false, wait = 0, waitLight = 0, queue = Promise.resolve();
 
   const checkSoon = () => { clearTimeout(waitLight); waitLight = setTimeout(() => load(light), 500); };
 
@@ -245,7 +245,10 @@ if (text) {
     if (!got.ok) return;
     const drawn = await got.text();
     const held = document.activeElement, typing = fields.contains(held) && held.value !== held.defaultValue && held.matches("input");
+    // A field that is taken out of the page while somebody is in it loses the focus, which is not that they have left it.
+    drawing = true;
     fields.innerHTML = drawn;
+    drawing = false;
     const again = held?.id ? document.getElementById(held.id) : null;
     if (!again) return;
     again.focus();
@@ -253,7 +256,7 @@ if (text) {
     // Somebody is in the middle of a word: it stays, and is put into the file when they leave the field.
     again.value = held.value;
     again.setSelectionRange(held.selectionStart, held.selectionEnd);
-    again.addEventListener("blur", () => again.dispatchEvent(new Event("change", { bubbles: true })), { once: true });
+    again.addEventListener("blur", () => { if (!drawing) again.dispatchEvent(new Event("change", { bubbles: true })); }, { once: true });
   }
 
   function change(address, data, redraw) {
@@ -273,7 +276,7 @@ if (text) {
 
   fields.addEventListener("change", (event) => {
     const form = event.target.closest("form");
-    if (!form || event.target.closest(".decide")) return; // what is said there counts with its button
+    if (drawing || !form || event.target.closest(".decide")) return; // what is said there counts with its button
     if ("add" in form.dataset) {
       if (form.elements.at.value) change("/experiment/put", () => ({ at: form.elements.at.value, example: "yes", was: "null" }), true);
       return;
@@ -318,8 +321,9 @@ if (text) {
       if (ok && !dirty && now.seen !== seen.value) { show(now); await draw(); state.textContent = "changed elsewhere: this is what the file holds now"; }
     } catch { /* said where something is done */ }
   }
-  document.addEventListener("visibilitychange", look);
-  setInterval(() => { queue = queue.then(look); }, 4000);
+  const lookNext = () => { queue = queue.then(look); };
+  document.addEventListener("visibilitychange", lookNext);
+  setInterval(lookNext, 4000);
 }
 
 // --- padding ---------------------------------------------------------------------------------------------------------
