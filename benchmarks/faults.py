@@ -3,8 +3,8 @@
 Each lab of `simulated.faulty` is checked and calibrated as the shipped experiment is, other models are held against its data,
 and a padding is recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the
 truth lies outside its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does.
-What `calib calibrate` would stop at, as its check is red, is refused here as well and has no headline.
-What `calib calibrate` would stop at, as its check is red, is refused here as well and has no headline.
+What `calib calibrate` would stop at, as its files cannot be read or its check is red, is refused here as well and has no
+headline.
 Printed for each kind: labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and
 how many of these are; which gates object, and how often. It is the verdict on the calibration that counts: that on the
 padding is amber in all of them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not
@@ -40,17 +40,17 @@ def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     """Simulate, calibrate and judge one lab."""
     with one_thread():
         began = time.process_time()
-        found = _calibrate(lab_of(name, seed), seed, max_steps)
+        try:
+            found = _calibrate(lab_of(name, seed), seed, max_steps)
+        except InputError as error:
+            found = {"refused": str(error.faults[0])}
     return {"kind": name, "seed": seed, **found, "processor": round(time.process_time() - began, 1)}
 
 
 def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
     moduli = [float(np.asarray(design.sensor.young_modulus)) for design in lab.designs]
     forward = forward_of_experiment(lab.experiment)
-    try:
-        problem = build_problem(lab.experiment, lab.sweeps, forward)
-    except InputError as error:
-        return {"refused": str(error.faults[0])}
+    problem = build_problem(lab.experiment, lab.sweeps, forward)
     before = plausibility(problem)
     if stop := [reason for reason in before.reasons if reason.level == "red" and reason.gate != FILES]:
         return {"refused": stop[0].finding, "reasons": [[r.gate, r.level, r.finding] for r in stop]}

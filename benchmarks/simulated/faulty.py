@@ -1,24 +1,27 @@
 """A kind of fault and a seed in, a simulated lab with that fault out: what it measured, what its experiment says, the truth.
 
-A lab is the shipped experiment with data of its own: two specimens of one lot, each unknown drawn from its prior, curves by the
-finite elements, the noise and the faults of the instruments. In each kind one thing is not as the experiment takes for granted.
+A lab is the shipped experiment with files of its own: two specimens of one lot, each unknown drawn from its prior, curves by
+the finite elements, the noise and the faults of the instruments. Each press is logged as labs do, from before contact down and
+up again, by a tester and a meter with clocks of their own, and the files go through the readers. In each kind one thing is not
+as the experiment takes for granted.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from calib.experiment import Experiment, read_experiment
-from calib.lab import Sweep
+from calib.experiment import Experiment, read_experiment, read_sweeps
+from calib.lab import AS_FOUND, Sweep
 from calib.priors import parse_prior
-from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.problem.synthetic import Rig
 from models.fem import FiniteElements
 from models.laws import Law, Yeoh
 from models.layers import layered
@@ -28,11 +31,13 @@ from models.sensor import Base, Design, FloatArray, design_from
 EXPERIMENT = Path(__file__).parents[2] / "datasets" / "padded_sensor" / "experiment.toml"
 #: How deep the ball is pressed [m], points of each channel, steps of the finite elements on the way and their accuracy.
 DEPTH, POINTS, STEPS, ACCURACY = 0.55e-3, 25, 48, 5e-4
-#: Speed of the crosshead [m/s].
-SPEED = 1e-5
+#: Speed of the crosshead [m/s], its way before contact [m], readings of tester and meter in a second.
+SPEED, APPROACH, OF_TESTER, OF_METER = 1e-5, 0.1e-3, 10, 5
 # Nothing is further from its prior's median than this, in its standard deviations.
 _FARTHEST = 2.5
 _STEEL = 5e-3
+# Rounds in which the way of the crosshead is parted into depth and what the machine gives, a third of the rest in each.
+_ROUNDS = 20
 
 
 @dataclass(frozen=True)
@@ -44,13 +49,13 @@ class Fault:
     physics : of the true sensor, by the names of `Physics`.
     told : attributes of the experiment that are wrong or special.
     padding : [m], of each specimen as its prior has it.
-    tampered : what becomes of the sweeps on the way to the calibration, given a simulated lab of other sensors.
+    tampered : what becomes of the records on the way to the calibration, given those of a simulated lab of other sensors.
     """
 
     physics: Mapping[str, Any] = field(default_factory=dict)
     told: Mapping[str, Any] = field(default_factory=dict)
     padding: tuple[float, float] = (1.1e-3, 1.1e-3)
-    tampered: Callable[[list[Sweep], Callable[[], list[Sweep]], np.random.Generator], list[Sweep]] = lambda own, *_: own
+    tampered: Callable[[list[Record], Callable[[], list[Record]], np.random.Generator], list[Record]] = lambda own, *_: own
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,19 @@ class Physics:
     relaxation: tuple[float, float] = (0.0, 1.0)
     drift: float = 0.0
     dielectric: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What tester and meter wrote of one press.
+
+    Attributes
+    ----------
+    tester, meter : columns by their headers, in the units of these.
+    """
+
+    tester: Mapping[str, FloatArray]
+    meter: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +138,7 @@ class Curve:
         return Response(np.asarray(depth, float), self.force(s), 0 * s, self.capacitance(s), c0, none, none)
 
 
-def curve_of(design: Design, end: float, law: Law | None = None, relaxation: tuple[float, float] = (0.0, 1.0)) -> Curve:
+def curve_of(design: Design, end: float, law: Law | None = None) -> Curve:
     """Press a design with the finite elements, to an end.
 
     Parameters
@@ -128,7 +146,6 @@ def curve_of(design: Design, end: float, law: Law | None = None, relaxation: tup
     design : the sensor.
     end : depth [m].
     law : of all layers; None for that of the design.
-    relaxation : share of the force that relaxes, and the time in which it does [s], at the `SPEED` of the crosshead.
     """
     s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
     stack = layered(design)
@@ -137,61 +154,34 @@ def curve_of(design: Design, end: float, law: Law | None = None, relaxation: tup
     r = FiniteElements(ACCURACY).respond(stack, s[1:] ** 2)
     at_rest = float(np.asarray(design.rest_capacitance))
     force, capacitance = (np.concatenate([[first], rest]) for first, rest in ((0.0, r.force), (at_rest, r.capacitance)))
-    curve = Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
-    share, time = relaxation
-    return curve if share == 0 else replace(curve, force=_relaxed(curve.force, share, time))
+    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
 
 
-def _relaxed(force: CubicSpline, share: float, time: float) -> CubicSpline:
-    """The force of a linear viscoelastic sensor pressed at constant speed: a share g relaxes as exp(-t / tau).
-
-    F(t) = F_e(t) - g int (1 - exp(-(t - s) / tau)) F_e'(s) ds, which is F = (1 - g) F_e + g q, q' = F_e' - q / tau.
-    """
-    depth = np.linspace(0.0, float(force.x[-1]) ** 2, 4001)
-    elastic = force(np.sqrt(depth))
-    fade = math.exp(-(depth[1] / SPEED) / time)
-    q = np.zeros_like(elastic)
-    for k in range(1, q.size):
-        q[k] = q[k - 1] * fade + (elastic[k] - elastic[k - 1]) * math.sqrt(fade)
-    relaxed = (1 - share) * elastic + share * q
-    return CubicSpline(force.x, np.interp(force.x**2, depth, relaxed))
+_TIME, _WAY, _LOAD, _READ = "Time (s)", "Extension (mm)", "Load (N)", "Cp (pF)"
 
 
-def _in_kilonewton(own: list[Sweep], *_: Any) -> list[Sweep]:
+def _in_kilonewton(own: list[Record], *_: Any) -> list[Record]:
     """A load in newtons under a header in kilonewtons."""
-    return [_with_force(s, lambda f: 1e3 * f, 1e3) for s in own]
+    return [replace(r, tester={k.replace("(N)", "(kN)"): column for k, column in r.tester.items()}) for r in own]
 
 
-def _with_force(sweep: Sweep, change: Callable[[FloatArray], FloatArray], noise: float = 1.0) -> Sweep:
-    points = replace(sweep.channels["force"], value=change(sweep.channels["force"].value))
-    track = None if sweep.track is None else replace(sweep.track, force=change(sweep.track.force))
-    kept = {**sweep.noise, "force": noise * sweep.noise["force"]}
-    return replace(sweep, channels={**sweep.channels, "force": points}, track=track, noise=kept)
-
-
-def _noise_only(own: list[Sweep], _: Any, rng: np.random.Generator) -> list[Sweep]:
+def _noise_only(own: list[Record], _: Any, rng: np.random.Generator) -> list[Record]:
     """Channels that were not connected: noise about a constant."""
-    noisy = []
-    for sweep in own:
-        spread = {name: 3 * sweep.noise[name] / np.sqrt(p.n_effective) for name, p in sweep.channels.items()}
-        channels = {
-            name: replace(p, value=p.value[0] + spread[name] * rng.standard_normal(p.value.size))
-            for name, p in sweep.channels.items()
-        }
-        noisy.append(replace(sweep, channels=channels))
-    return noisy
+
+    def alone(columns: Mapping[str, FloatArray], name: str, noise: float) -> Mapping[str, FloatArray]:
+        return {**columns, name: columns[name][0] + noise * rng.standard_normal(columns[name].size)}
+
+    return [Record(alone(r.tester, _LOAD, 5e-3), alone(r.meter, _READ, 1e-2)) for r in own]
 
 
-def _another_meter_file(own: list[Sweep], others: Callable[[], list[Sweep]], _: Any) -> list[Sweep]:
+def _another_meter_file(own: list[Record], others: Callable[[], list[Record]], _: Any) -> list[Record]:
     """The first specimen with the capacitance of a sensor of another lot."""
-    found = others()[0]
-    return [replace(own[0], channels={**own[0].channels, "capacitance": found.channels["capacitance"]}), *own[1:]]
+    return [replace(own[0], meter=others()[0].meter), *own[1:]]
 
 
-def _swapped(own: list[Sweep], *_: Any) -> list[Sweep]:
+def _swapped(own: list[Record], *_: Any) -> list[Record]:
     """The files of the two specimens under each other's names."""
-    a, b = own
-    return [replace(b, specimen=a.specimen), replace(a, specimen=b.specimen)]
+    return own[::-1]
 
 
 #: What can be planted, by name.
@@ -226,15 +216,35 @@ def lab_of(name: str, seed: int) -> Lab:
     experiment = _as_said(read_experiment(EXPERIMENT), fault)
     rng = np.random.default_rng([seed, 20190304])
     physics = Physics(**fault.physics)
-    sweeps, designs = _measured(experiment, fault.padding, physics, rng)
+    records, designs = _measured(experiment, fault.padding, physics, rng)
 
-    def others() -> list[Sweep]:
+    def others() -> list[Record]:
         other = np.random.default_rng([seed, 20190305])
         return _measured(experiment, fault.padding, replace(physics, dielectric=1 + other.choice([-0.12, 0.12])), other)[0]
 
-    sweeps = fault.tampered(sweeps, others, rng)
-    sweeps = [replace(s, indenter_radius=experiment.indenter_radius) for s in sweeps]
-    return Lab(experiment, tuple(sweeps), tuple(designs), physics.law)
+    sweeps = _read(experiment, fault.tampered(records, others, rng))
+    return Lab(experiment, sweeps, tuple(designs), physics.law)
+
+
+def _read(experiment: Experiment, records: Sequence[Record]) -> tuple[Sweep, ...]:
+    """Write the files of a lab and read them, without being told anything of them."""
+    with TemporaryDirectory() as folder:
+        specimens = []
+        for k, (specimen, record) in enumerate(zip(experiment.specimens, records, strict=True), 1):
+            paths = [Path(folder) / f"sensor{k}_{what}.csv" for what in ("tester", "meter")]
+            for path, columns in zip(paths, (record.tester, record.meter), strict=True):
+                rows = np.column_stack(list(columns.values()))
+                np.savetxt(path, rows, fmt="%.4f", delimiter=",", header=",".join(columns), comments="")
+            files = replace(
+                specimen.sweeps[0],
+                indenter_radius=experiment.indenter_radius,
+                force=paths[0],
+                capacitance=paths[1],
+                force_reading=AS_FOUND,
+                capacitance_reading=AS_FOUND,
+            )
+            specimens.append(replace(specimen, sweeps=(files,)))
+        return read_sweeps(replace(experiment, specimens=tuple(specimens)))
 
 
 def _as_said(experiment: Experiment, fault: Fault) -> Experiment:
@@ -251,15 +261,15 @@ def _padding_prior(thickness: float) -> Any:
 
 def _measured(
     experiment: Experiment, padding: tuple[float, float], physics: Physics, rng: np.random.Generator
-) -> tuple[list[Sweep], list[Design]]:
+) -> tuple[list[Record], list[Design]]:
     def z() -> float:
         return float(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST))
 
     shared = {"young_modulus": 0.7e6 * 1.6 ** z(), "relative_permittivity": 2.8 + 0.15 * z(), "sensor_radius": 10e-3}
     shared["indenter_radius"] = _STEEL * physics.ball
     compliance, parasitic = abs(5e-6 * z()), 1e-12 * z()
-    sweeps, designs = [], []
-    for specimen, thickness, factor in zip(experiment.specimens, padding, (1.0, physics.second), strict=True):
+    records, designs = [], []
+    for _, thickness, factor in zip(experiment.specimens, padding, (1.0, physics.second), strict=True):
         own = {
             **shared,
             "young_modulus": factor * shared["young_modulus"],
@@ -271,25 +281,42 @@ def _measured(
         base: Base = "slippery" if physics.slippery else "bonded"
         design = design_from(own, friction_coefficient=physics.friction, base=base)
         rig = Rig(0.2e-3 + 0.03e-3 * z(), compliance, 0.3 * z(), parasitic, 2 * z(), capacitance_noise=1e-14, speed=SPEED)
-        curve = curve_of(design, 1.01 * DEPTH, physics.law, physics.relaxation)
-        sweep = synthetic_sweep(curve, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS)
-        sweeps.append(_drifted(sweep, physics.drift))
+        records.append(_pressed(curve_of(design, 1.05 * DEPTH, physics.law), rig, physics, rng))
         designs.append(design)
-    return sweeps, designs
+    return records, designs
 
 
-def _drifted(sweep: Sweep, drift: float) -> Sweep:
-    """A sweep whose load zero has moved by so much [N] when the ball is deepest."""
-    if drift == 0 or sweep.track is None:
-        return sweep
-    at = sweep.channels["force"].displacement
-    reading = sweep.track.displacement
-    assert at is not None
-    span = reading[-1] - reading[0]
-    moved = _with_force(sweep, lambda f: f)
-    points = replace(moved.channels["force"], value=moved.channels["force"].value + drift * (at - reading[0]) / span)
-    track = replace(sweep.track, force=sweep.track.force + drift * (reading - reading[0]) / span)
-    return replace(moved, channels={**moved.channels, "force": points}, track=track)
+def _pressed(curve: Curve, rig: Rig, physics: Physics, rng: np.random.Generator) -> Record:
+    """The records of a press: the crosshead goes down at constant speed, and up again to where it began."""
+    deepest = DEPTH + rig.machine_compliance * (float(curve.force(math.sqrt(DEPTH))) + rig.load_zero)
+    down = np.arange(0.0, (APPROACH + deepest) / SPEED, 1 / OF_TESTER)
+    time = np.concatenate([down, down[-1] + 1 / OF_TESTER + down])
+    way = SPEED * np.concatenate([down, down[::-1]]) - APPROACH
+    drift = physics.drift * time / down[-1]
+    depth, load = way, np.zeros_like(way)
+    for _ in range(_ROUNDS):
+        depth = np.minimum(way - rig.machine_compliance * (load + rig.load_zero), 1.05 * DEPTH)
+        load = _relaxed(curve.force(np.sqrt(np.maximum(depth, 0.0))), time, *physics.relaxation)
+    read = curve.capacitance(np.sqrt(np.maximum(depth, 0.0))) + rig.parasitic_capacitance
+    force = load + rig.load_zero + drift + rig.force_noise * rng.standard_normal(time.size)
+    at = np.arange(0.05, time[-1], 1 / OF_METER)
+    capacitance = np.interp(at, time, read) + rig.capacitance_noise * rng.standard_normal(at.size)
+    tester = {_TIME: time, _WAY: (way + rig.contact_offset) * 1e3, _LOAD: force}
+    return Record(tester, {_TIME: at - rig.clock_offset + 10.0, _READ: capacitance * 1e12})
+
+
+def _relaxed(elastic: FloatArray, time: FloatArray, share: float, constant: float) -> FloatArray:
+    """The force of a linear viscoelastic sensor of which a share g relaxes as exp(-t / tau): nothing pulls at the ball.
+
+    F(t) = F_e(t) - g int (1 - exp(-(t - s) / tau)) F_e'(s) ds, which is F = (1 - g) F_e + g q, q' = F_e' - q / tau.
+    """
+    if share == 0:
+        return elastic
+    fade = np.exp(-np.diff(time) / constant)
+    q = np.zeros_like(elastic)
+    for k in range(1, q.size):
+        q[k] = q[k - 1] * fade[k - 1] + (elastic[k] - elastic[k - 1]) * math.sqrt(fade[k - 1])
+    return np.maximum((1 - share) * elastic + share * q, 0.0)
 
 
 def true_signal(lab: Lab, specimen: int, padding: float, force: float) -> float:

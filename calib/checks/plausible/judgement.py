@@ -27,6 +27,7 @@ from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_
 from calib.checks.plausible.outlook import Outlook, outlook_of
 from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
 from calib.checks.plausible.slips import Slip, slips_of
+from calib.checks.plausible.unmodelled import unmodelled
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, line_of_variant, model_in_words, variants_of
@@ -131,6 +132,7 @@ def plausibility(problem: Problem) -> Plausibility:
         first = answer_of(look)
     except ValueError:
         return Plausibility(verdict.reasons, ranges, None, None, seconds)
+    verdict = verdict_of((*verdict.reasons, *unmodelled(problem, first)))
     return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
 
 

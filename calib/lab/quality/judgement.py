@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from calib.catalogue import responds
 from calib.lab.observations import Observations
-from calib.lab.quality.contact import check_drift, check_load_zero, check_start
+from calib.lab.quality.contact import check_drift, check_load_zero, check_return, check_start
 from calib.lab.quality.grade import Grade
 from calib.lab.quality.loading import loading_branch
 from calib.lab.quality.material import check_compliance, check_hysteresis, check_relaxation
@@ -47,7 +47,7 @@ def judge(
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
         grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c), check_turn(obs, c)]
-        grades += [check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
+        grades += [check_start(c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
             grades += [check_load_zero(c), check_hysteresis(obs, c)]
             grades.append(check_compliance(c, machine_compliance, believed_compliance))

@@ -99,7 +99,7 @@ def check_hysteresis(obs: Observations, c: LoadingBranch) -> Grade | None:
     work = f"{percent(unloading / loading)} of the {loading * 1e3:.3g} mJ of loading"
     finding = f"unloading gives back {work} (first cycle); only loading is calibrated against"
     advice = (
-        "Unloading above loading is not of the material: look for a filter, or a lag between force and displacement."
+        "Unloading above loading is not of the material: look for a drift, a filter, or a lag between force and displacement."
         if odd
         else "Condition the specimen with a few cycles before the test, or press slower; the modulus is that of loading."
     )

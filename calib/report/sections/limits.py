@@ -82,10 +82,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         *_guesses(e),
         _LIMITS_OF_BASES[e.base],
         _contact(e),
-        (
-            "Only the loading branch is used",
-            "The material is elastic in the model: no hysteresis, no rate, no creep. Unloading and holds are not fitted.",
-        ),
+        _loading(posterior),
         (
             "Fringe fields are left out",
             "The capacitance is that of thin deformed rings between the electrodes; stray fields at the rim are not in it, a "
@@ -99,6 +96,23 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         *_instruments(posterior, unknown),
         *_model(e),
     ]
+
+
+def _loading(posterior: Posterior) -> tuple[str, str]:
+    """What the model leaves out of the material's time, and what the records show of it."""
+    of_force = [grade for s in posterior.sweeps for grade in s.grades if grade.channel == "force"]
+    lost = [g.number for g in of_force if g.check == "hysteresis"]
+    fallen = [-g.number for g in of_force if g.check == "change in the hold"]
+    shown = [f"unloading gives back {100 * max(lost):.2g} % less than loading took"] if max(lost, default=0.0) > 0 else []
+    shown += [f"force falls by {100 * max(fallen):.2g} % in a hold"] if max(fallen, default=0.0) > 0 else []
+    text = "The material is elastic in the model: no hysteresis, no rate, no creep. Unloading and holds are not fitted."
+    if shown:
+        text += f" Here {' and '.join(shown)} (at most)."
+    elif of_force and not (lost or fallen):
+        text += (
+            " These records hold neither, so that nothing tells how much there is of it: log on while the ball is taken off."
+        )
+    return "Only the loading branch is used", text
 
 
 def _repeated(posterior: Posterior) -> list[tuple[str, str]]:

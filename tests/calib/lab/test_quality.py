@@ -100,6 +100,7 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
         "clipping",
         "start before contact",
         "drift before contact",
+        "return to zero",
         "change in the hold",
         "load zero",
         "hysteresis",
@@ -108,7 +109,7 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
     assert [v for v in grades if v.level != "good"] == []
     assert all(math.isfinite(v.number) and v.finding and not v.advice for v in grades)
     assert {v.file for v in grades} == {"tester.csv"}
-    assert quality_in_words(grades) == "12 checks: all good."
+    assert quality_in_words(grades) == "13 checks: all good."
 
 
 def test_verdicts_do_not_change_the_observations(tmp_path: Path) -> None:
@@ -333,6 +334,32 @@ def test_drift_is_seen_while_the_crosshead_waits(tmp_path: Path) -> None:
     assert "from 63" in found.finding  # 600 readings of the wait and four fifths of the approach
 
 
+@pytest.mark.parametrize(
+    ("share", "level"), [(0.0, "good"), (0.003, "good"), (0.008, "warning"), (-0.03, "warning"), (0.08, "bad")]
+)
+def test_a_load_that_does_not_come_back_after_the_press_is_scaled_to_the_loading(
+    tmp_path: Path, share: float, level: str
+) -> None:
+    found = grade(Test(drift=share * 5 / 100, hold=10.0).observe(tmp_path), "return to zero")
+    assert found.level == level
+    assert found.number == pytest.approx(share, abs=0.1 * abs(share) + 5e-4)
+    assert ("higher" if share > 0 else "lower") in found.finding or share == 0
+
+
+def test_a_ball_that_still_sticks_where_it_touched_is_no_drift_and_a_record_that_ends_there_says_nothing(
+    tmp_path: Path,
+) -> None:
+    t, x, f = Test(hysteresis=0.0).columns()
+    back = t > t[-1] / 2
+    stuck = np.where(back & (x < 0.2), -0.4 * np.maximum(x - 0.12, 0) / 0.08, 0.0)
+    lines = [f"{a:.3f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f + stuck, strict=True)]
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
+    assert grade(observe(read_lab_file(tmp_path / "t.csv")), "return to zero").level == "good"
+    short = [line for line, over in zip(lines, ~back | (x > 0.15), strict=True) if over]
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(short))
+    assert "return to zero" not in checks(observe(read_lab_file(tmp_path / "t.csv")))
+
+
 @pytest.mark.parametrize(("relaxation", "level"), [(0.02, "good"), (0.1, "warning"), (0.4, "bad")])
 def test_relaxation_in_a_hold_is_told_as_a_share(tmp_path: Path, relaxation: float, level: str) -> None:
     found = grade(Test(hold=20.0, relaxation=relaxation).observe(tmp_path), "change in the hold")
@@ -467,7 +494,10 @@ def test_a_quiet_meter_says_nothing_on_clipping(tmp_path: Path) -> None:
             "p3_asmi_sphere_indentation/well_E6_20251030_122108.csv",
             {"machine compliance": "warning", "drift before contact": "warning"},
         ),
-        ("p3_asmi_sphere_indentation/well_E7_20251030_122153.csv", {"machine compliance": "warning"}),
+        (
+            "p3_asmi_sphere_indentation/well_E7_20251030_122153.csv",
+            {"machine compliance": "warning", "drift before contact": "warning"},
+        ),
     ],
 )
 def test_real_files_get_the_objections_they_deserve(name: str, objections: dict[str, str]) -> None:
