@@ -20,6 +20,7 @@ from calib.checks import (
     Verdict,
     belongs,
     conflict_limit,
+    drift_by_share,
     judge_posterior,
     predict,
     stranger_in_words,
@@ -321,7 +322,10 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         s = inspection.specification
         conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
         beyond = list(_beyond(posterior, s, newcomer.forward, seed))
-    verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *beyond])
+    estimates = _estimates(found, newcomer.name)
+    modulus = estimates.get("young_modulus")
+    drifts = [] if modulus is None else list(drift_by_share(sweeps, FirstEstimate(*modulus[:2])))
+    verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *drifts, *beyond])
     usable = verdict.colour != "red"
     return replace(
         blank,
@@ -329,7 +333,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,
-        estimates=_estimates(found, newcomer.name) | _of_draws(signal, stroke) if usable else {},
+        estimates=estimates | _of_draws(signal, stroke) if usable else {},
         force=inspection.force,
         strangers=strangers,
         fits=_fits(predictions),

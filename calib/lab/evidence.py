@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.lab.instruments import LabTable
+from calib.lab.instruments import LabTable, says_sense
 from calib.lab.shape import Shape
 from models.sensor import FloatArray
 
@@ -30,6 +30,8 @@ _DEEP, _DEEP_COUNTS = 10e-3, 1.5
 _END_COUNTS, _END_STEPS = 1.5, 3.0
 # What it counts that the displacement is zero at one of its ends, and how near to zero that is, as a share of its range.
 _ZERO_COUNTS, _AT_ZERO = 2.5, 0.03
+# What it counts that a name says which sign compression has.
+_SAID_COUNTS = 2.0
 _COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
 _TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
 
@@ -140,6 +142,8 @@ def of_names(table: LabTable, quantity: str, same: float) -> list[Evidence]:
     same : whether it goes with the channel that the evidence is of, as 1 or -1.
     """
     name = table.sources.get(quantity, "")
+    if sense := says_sense(name):
+        return [Evidence(_SAID_COUNTS * sense * same, f'{quantity} is called "{name}"')]
     compression, tension = bool(_COMPRESSION.search(name)), bool(_TENSION.search(name))
     if compression == tension:
         return []

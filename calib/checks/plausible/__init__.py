@@ -12,6 +12,7 @@ from calib.checks.plausible.judgement import (
 from calib.checks.plausible.outlook import TARE, Outlook, Ridge, Tare, UnknownOutlook, tare_from_text, tare_to_text
 from calib.checks.plausible.ranges import Range
 from calib.checks.plausible.slips import scaled
+from calib.checks.plausible.unmodelled import drift_by_share
 
 __all__ = [
     "FILES",
@@ -22,6 +23,7 @@ __all__ = [
     "Ridge",
     "Tare",
     "UnknownOutlook",
+    "drift_by_share",
     "expected_in_words",
     "in_units",
     "measured_in_words",

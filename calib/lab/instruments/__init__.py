@@ -1,5 +1,6 @@
 """Lab files in, a `LabTable` of columns in SI out; knows instruments, and nothing of presses, branches or sensors."""
 
+from calib.lab.instruments.brackets import says_sense
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading, Unread
@@ -17,4 +18,5 @@ __all__ = [
     "SeveralSpecimens",
     "Unread",
     "read_lab_file",
+    "says_sense",
 ]

@@ -54,7 +54,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
     """
     rows = _cells_of(sheet, start)
     blocks, more, unread = _blocks(sheet, rows, start, keys)
-    blocks = [b for b in blocks if b.rows]
+    blocks = [replace(b, label=b.label or _label(sheet, b.line - 1)) for b in blocks if b.rows]
     if not blocks:
         raise InputError(
             Fault(
@@ -117,8 +117,7 @@ def _blocks(
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
     first_units = sheet.units if sheet.units_line is not None else None
-    label = _numbered(header) or _label(sheet, sheet.header_line - 1)
-    blocks = [_Block(sheet.header_line, label, [], first_units, sheet.units_line)]
+    blocks = [_Block(sheet.header_line, _numbered(header), [], first_units, sheet.units_line)]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
@@ -144,7 +143,7 @@ def _blocks(
                 )
                 raise InputError(Fault(message, text.path, line, 1, advice="Remove the line, or that header"))
             among_text += apart
-            blocks.append(_Block(start + i + 1, _numbered(row) or _label(sheet, start + i), []))
+            blocks.append(_Block(start + i + 1, _numbered(row), []))
             apart, skip_units = [], sheet.units_line is not None
         elif kind == "text":
             if is_other_header(row) and _numbers_below(rows, i):

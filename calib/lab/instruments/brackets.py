@@ -10,6 +10,8 @@ from calib.lab.instruments.units import looks_like_unit
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
+# What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
+_OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
 # Pointed brackets are brackets where they end a name: "Load<N>".
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 # "in 10 mN", "en 10 N": a number before the unit behind a name is a factor.
@@ -28,6 +30,18 @@ _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0
 _RANGE = re.compile(
     r"(?:at |@ ?|max\.? |range |capacity )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
 )
+# "filtered 10 Hz": the frequency is none that the readings are of.
+_FILTERED = re.compile(
+    r"\b(?:filter(?:ed)?|low-?pass(?:ed)?|gefiltert)[\s,:@]*(?:at\s)?\d+(?:[.,]\d+)?\s*k?Hz\b", re.IGNORECASE
+)
+# "N, tared", "mm; crosshead".
+_UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
+# "compression negative", "tension: +".
+_SENSE = re.compile(
+    r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*(?:is\s|[:=]\s*)?"
+    r"(?P<sign>positive?|negative?|pos\b|neg\b|plus|minus|\+(?:ve)?|-(?:ve)?(?![\w\d]))",
+    re.IGNORECASE,
+)
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
@@ -36,8 +50,16 @@ _LETTER = re.compile(r"[A-H]")
 
 
 def tidy(cell: str) -> str:
-    """A header cell without the mark of a comment before it and with the usual characters for those that look the same."""
+    """A header cell without the mark of a comment before it and with the usual characters for those that look the same.
+
+    >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s.")
+    ('Load(N)', 'Compressive load (N)', 'Max..N..s.')
+    """
     cell = unicodedata.normalize("NFKC", cell.strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    of_r = _OF_R.fullmatch(cell)
+    if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
+        return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
+    cell = _FILTERED.sub("filtered", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
@@ -69,6 +91,28 @@ def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:
     if depth:
         return None
     return re.sub(r"\s+", " ", "".join(outside)).strip(), tuple(found)
+
+
+def parted(bracket: str) -> tuple[str, ...]:
+    """A unit and the remark that stands behind it in one bracket as two; the bracket alone where it is not such a pair.
+
+    >>> parted("N, tared"), parted("N; compression negative"), parted("8800 (0,1)"), parted("N, kN")
+    (('N', 'tared'), ('N', 'compression negative'), ('8800 (0,1)',), ('N', 'kN'))
+    """
+    match = _UNIT_AND_REMARK.fullmatch(bracket)
+    return (match["unit"], match["remark"]) if match is not None and looks_like_unit(match["unit"]) else (bracket,)
+
+
+def says_sense(text: str) -> int:
+    """Which sign of a reading words say that compression has: 1, -1, or 0 where they say nothing of it.
+
+    >>> says_sense("compression negative"), says_sense("N, tension = +"), says_sense("compressive load"), says_sense("push +ve")
+    (-1, -1, 0, 1)
+    """
+    match = _SENSE.search(text)
+    if match is None:
+        return 0
+    return (1 if match["push"] else -1) * (-1 if match["sign"].lower()[:3] in ("neg", "-", "-ve", "min") else 1)
 
 
 def is_factor(text: str) -> bool:

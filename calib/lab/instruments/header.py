@@ -74,7 +74,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
             line = without_comment_mark(written, delimiter)
             if delimiter == " " and found is not None and found[0] != " ":
                 continue
-            for cells in _header_cells(line, delimiter):
+            for cells in _header_cells(line, delimiter, text.lines[index + 1 : index + _ROWS_SEEN]):
                 if len(cells) > _WIDEST or not any(cells):
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
@@ -149,11 +149,11 @@ def without_comment_mark(line: str, delimiter: str) -> str:
     return match["quote"] + rest
 
 
-def _header_cells(line: str, delimiter: str) -> Iterator[list[str]]:
-    """The ways in which a line may be cut into header cells."""
+def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[list[str]]:
+    """The ways in which a line may be cut into header cells, given the lines below it."""
     if delimiter != " ":
         if delimiter in line:
-            yield split_line(line, delimiter)
+            yield _whole_brackets(split_line(line, delimiter), delimiter, below)
         return
     if line.count('"') >= 4:
         # As R writes tables: names in quotes, blanks between them.
@@ -162,6 +162,18 @@ def _header_cells(line: str, delimiter: str) -> Iterator[list[str]]:
         yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
     # A unit in brackets belongs to the name before it.
     yield re.findall(r"[^\s()\[\]]+(?:\s?[(\[][^()\[\]]*[)\]])?", line)
+
+
+def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:
+    """The cells, with brackets that delimiters cut in two ("Force (N" and "tared)") put together if rows have as many then."""
+    if not any(cell.count("(") > cell.count(")") for cell in cells):
+        return cells
+    whole: list[str] = []
+    for cell in cells:
+        is_open = bool(whole) and whole[-1].count("(") > whole[-1].count(")")
+        whole[len(whole) - is_open :] = [f"{whole[-1]}{delimiter} {cell}" if is_open else cell]
+    widths = {len(row) for row in (split_line(line, delimiter) for line in below) if row and is_numeric(row[0])}
+    return whole if widths == {len(whole)} else cells
 
 
 def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: Sequence[int]) -> int:

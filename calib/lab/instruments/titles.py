@@ -23,6 +23,9 @@ _ONE_LINE = (
     "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say of every column by its "
     "number what it is, and its unit: --columns force=... --units force=..."
 )
+_NO_UNITS = "Take the units out of the cells, by find and replace, and write each into its name in the header: Load (N)"
+# A cell with a reading and its unit, "0.21 N".
+_WITH_UNIT = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*[^\W\d_]\S{0,5}")
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -81,7 +84,8 @@ def below_header(
         elif _titles(cells, names) and delimiter != " ":
             if strict:
                 message = f'"{shown}" stands below the header of line {header + 1} like another header'
-                raise InputError(Fault(message, text.path, index + 1, advice=_ONE_LINE))
+                with_units = sum(_WITH_UNIT.fullmatch(cell) is not None for cell in cells) > 1
+                raise InputError(Fault(message, text.path, index + 1, advice=_NO_UNITS if with_units else _ONE_LINE))
             unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
         else:
             break

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
@@ -39,6 +40,7 @@ class UnitCell:
     remark: str = ""
 
 
+@lru_cache(maxsize=4096)
 def unit_cell(cell: str) -> UnitCell | None:
     """The unit in a cell of a units row, and the words beside it; None if the cell cannot be one of units.
 

@@ -19,6 +19,8 @@ from calib.lab.instruments.brackets import (
     kind_of_unit,
     leading_factor,
     no_record,
+    parted,
+    says_sense,
     tidy,
     without_brackets,
 )
@@ -203,6 +205,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     """
     cut = without_brackets(tidy(cell))
     outside, brackets = cut if cut is not None else (tidy(cell), ())
+    brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
     tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
@@ -228,7 +231,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
-    outside, brackets = cut
+    outside, brackets = cut[0], tuple(part for bracket in cut[1] for part in parted(bracket))
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
@@ -338,7 +341,12 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             unit = unit or bracket
         elif quantity == "force" and plain in ("abs", "absolute"):
             name_doubt = f'"{bracket}" may mean that the sign is lost'
-        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in meanings(plain, (), "")):
+        elif (
+            is_remark(bracket)
+            or is_wiring(bracket)
+            or says_sense(bracket)
+            or any(m.quantity == quantity for m in meanings(plain, (), ""))
+        ):
             continue
         elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):
             processed = True

@@ -15,8 +15,8 @@ from calib.lab.quality.loading import LoadingBranch, channel_values
 from calib.lab.quality.words import percent
 
 #: Drift before contact, scaled to the duration of loading, as a share of the range. The load zero is one constant: a drift goes
-#: on into the modulus by one to twice its share (`benchmarks/faults.py`). 0.5 % is then below what a calibration states for the
-#: modulus (1 %), 5 % above.
+#: on into the modulus by 1.5 to 4.7 times its share (four labs of `benchmarks/simulated`). 0.5 % is then about what a
+#: calibration states for the modulus (1 %), 5 % far above.
 DRIFT, LARGE_DRIFT = 0.005, FLAT_RISE
 #: Change of the level out of contact from before to after the press, scaled likewise: the same limits, as a drift that is even
 #: is as large.

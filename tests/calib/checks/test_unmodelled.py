@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.checks import Reason, plausibility
+from calib.checks import Reason, drift_by_share, plausibility
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import Grade, Sweep
 from calib.priors import LogNormal, Normal, Prior
 from calib.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import FirstEstimate
 from models.sensor import design_from
 from models.surrogate import load_surrogate
 
@@ -92,6 +93,15 @@ def test_what_both_sides_of_the_press_tell_of_a_drift_counts_more_than_the_few_r
     alone = _graded(sweep, "drift before contact", 0.04)
     assert [r.gate for r in _reasons(alone)] == ["drift"]
     assert _reasons(replace(alone, grades=(*alone.grades, still))) == ()
+
+
+def test_where_the_modulus_without_the_drift_cannot_be_found_the_share_says_how_far_it_may_be_off() -> None:
+    drifting = _drifting(_sweep(), 0.15)
+    (reason,) = drift_by_share([drifting], FirstEstimate(MODULUS, 0.02 * MODULUS))
+    share = drifting.grades[0].number
+    assert f"{3 * share / 0.02:.1f} of its standard deviations" in reason.finding
+    assert not list(drift_by_share([drifting], FirstEstimate(MODULUS, 0.2 * MODULUS)))
+    assert not list(drift_by_share([_sweep()], FirstEstimate(MODULUS, 0.001 * MODULUS)))
 
 
 @pytest.mark.parametrize(("number", "gates"), [(0.03, ["drift"]), (0.015, [])])

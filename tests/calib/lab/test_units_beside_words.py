@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab import LabTable, Reading, observe, read_lab_file
 from calib.lab.instruments.unit_cells import UnitCell, begins_with_unit, unit_cell
 from calib.lab.instruments.vocabulary import heading_as, understand
 
@@ -49,6 +49,64 @@ def assert_press(table: LabTable, force: np.ndarray = FORCE) -> None:
 
 def unread(table: LabTable) -> Mapping[str, str]:
     return {u.what: u.reason for u in table.unread}
+
+
+# --------------------------------------------------------------------------------------------------- remarks within names
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Displacement (mm, crosshead),Force (N, tared)",
+        "Time (s),Displacement (mm),Force (N; tared)",
+        "Time..s.,Displacement..mm.,Force..N.",
+        "Time.s.,Crosshead.displacement..mm.,Compressive.load..N.",
+        "Time (s),Displacement (mm),Force (N) filtered 10 Hz",
+        "Time (s),Displacement (mm),Force (N) low-pass @ 1 kHz",
+        "Time (s),Displacement (mm),Force (N, compression positive)",
+        "Time (s),Displacement (mm),Force (N, tension = negative)",
+    ],
+)
+def test_a_remark_beside_a_unit_in_a_name_leaves_the_column_what_it_is(tmp_path: Path, header: str) -> None:
+    assert_press(read(tmp_path, [header, *rows(*PRESS)]))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Force (N, lbf)", 'two units, "N" and "lbf"'),
+        ("Force (N, peak)", '"peak" is a statistic'),
+        ("Force (N, x10)", 'the factor "x10"'),
+        ("Force (N, setpoint)", '"setpoint" was commanded'),
+        ("Force (N, quux)", "is not understood"),
+    ],
+)
+def test_a_remark_beside_a_unit_that_changes_the_column_is_none(tmp_path: Path, name: str, said: str) -> None:
+    lines = [line.replace(",", ";") for line in rows(*PRESS)]
+    assert said in refusal(tmp_path, [f"Time (s);Displacement (mm);{name}", *lines])
+
+
+def test_a_bracket_that_is_not_closed_joins_nothing(tmp_path: Path) -> None:
+    lines = ["Time (s),Displacement (mm),Load (N,Note (a)", *(f"{row},0" for row in rows(*PRESS))]
+    assert '"Load (N", "Note (a)"' in refusal(tmp_path, lines)
+
+
+@pytest.mark.parametrize(("sense", "words"), [(1, "compression positive"), (-1, "compression negative"), (-1, "tension: +")])
+def test_a_name_that_says_which_way_compression_is_counts_as_evidence_and_the_record_more(
+    tmp_path: Path, sense: int, words: str
+) -> None:
+    lines = [f"Time (s),Displacement (mm),Force (N, {words})", *rows(TIME, DEPTH, sense * FORCE)]
+    note = observe(read(tmp_path, lines)).signs["force"].note
+    assert f'; force is called "Force (N, {words})"' in note
+    assert ("sign kept" in note) == (sense > 0)
+    against = observe(read(tmp_path, [lines[0], *rows(TIME, DEPTH, -sense * FORCE)])).signs["force"].note
+    assert "although force is called" in against
+    assert ("sign kept" in against) == (sense < 0)
+
+
+def test_readings_with_their_units_in_the_cells_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    cells = [f"{t:.1f} s,{d:.3f} mm,{f:.3f} N" for t, d, f in zip(*PRESS, strict=True)]
+    assert "Take the units out of the cells" in refusal(tmp_path, ["Time,Displacement,Force", *cells])
 
 
 # ----------------------------------------------------------------------------------------------------- words beside units
