@@ -153,7 +153,7 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
     """The ways in which a line may be cut into header cells, given the lines below it."""
     if delimiter != " ":
         if delimiter in line:
-            yield _whole_brackets(split_line(line, delimiter), delimiter, below)
+            yield _with_row_names(_whole_brackets(split_line(line, delimiter), delimiter, below), delimiter, below)
         return
     if line.count('"') >= 4:
         # As R writes tables: names in quotes, blanks between them.
@@ -174,6 +174,17 @@ def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> l
         whole[len(whole) - is_open :] = [f"{whole[-1]}{delimiter} {cell}" if is_open else cell]
     widths = {len(row) for row in (split_line(line, delimiter) for line in below) if row and is_numeric(row[0])}
     return whole if widths == {len(whole)} else cells
+
+
+def _with_row_names(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:
+    """The cells with an empty one before them if every row begins with its number in quotes, as R writes it without a name."""
+    rows = [line for line in below if line.strip()]
+    if rows and all(_ROW_NAME.match(line) and len(split_line(line, delimiter)) == len(cells) + 1 for line in rows):
+        return ["", *cells]
+    return cells
+
+
+_ROW_NAME = re.compile(r'"\d+"')
 
 
 def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: Sequence[int]) -> int:

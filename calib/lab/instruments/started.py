@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
@@ -15,7 +15,9 @@ _DATE = re.compile(
 # Lines with the date of something else, and those that speak of the test's.
 _OTHER_DATE = re.compile(r"calib|kalib|étalon|due|fällig|version|export|print|gedruckt|created|modified|install|firmware", re.I)
 _BEGAN = re.compile(r"start|begin|began|test.?(?:date|time)|prüf(?:datum|zeit)|début|inicio|开始", re.I)
-_EPOCH = (1e9, 4.2e9)  # [s] since 1970, in the years 2001 to 2100: no time since the start of a test
+_EPOCH = (1e9, 3.4e9)  # [s] since 1970, in the years 2001 to 2077: no time since the start of a test
+# [s] of days that spreadsheets count from the end of 1899, in the years 2009 to 2064.
+_DAYS, _DAY_ZERO = (3.456e9, 5.184e9), datetime(1899, 12, 30)
 
 
 def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
@@ -24,7 +26,8 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
     Parameters
     ----------
     sheet : the record.
-    time : its time column [s], None if it has none; seconds since 1970 are a date too, then UTC.
+    time : its time column [s], None if it has none; seconds since 1970 are a date too, then UTC, and so
+        are days of a spreadsheet.
     """
     first = sheet.text.lines[int(sheet.lines[0]) - 1] if len(sheet.lines) else ""
     above = [line for line in sheet.prelude[-200:] if not _OTHER_DATE.search(line)]
@@ -35,6 +38,8 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
             return found
     if time is not None and time.size and _EPOCH[0] < time[0] < _EPOCH[1]:
         return datetime.fromtimestamp(round(float(time[0])), UTC).replace(tzinfo=None)
+    if time is not None and time.size and _DAYS[0] < time[0] < _DAYS[1]:
+        return _DAY_ZERO + timedelta(seconds=round(float(time[0])))
     return None
 
 

@@ -104,6 +104,24 @@ def test_a_name_that_says_which_way_compression_is_counts_as_evidence_and_the_re
     assert ("sign kept" in against) == (sense < 0)
 
 
+def test_row_names_of_r_have_no_name_in_the_header_and_are_told_by_their_quotes(tmp_path: Path) -> None:
+    lines = ['"time_s","depth_mm","force_N"', *(f'"{k}",{row}' for k, row in enumerate(rows(*PRESS), 1))]
+    table = read(tmp_path, lines)
+    assert_press(table)
+    assert unread(table)["column 1"] == "without a name"
+    # Without quotes the fourth cell may as well be what has no name.
+    assert "the row has 4 cells, the header has 3" in refusal(tmp_path, [line.replace('"', "") for line in lines])
+
+
+@pytest.mark.parametrize(("first", "unit", "day"), [(46110.4, "d", "2026-03-29"), (1774742370.0, "s", "2026-03-28")])
+def test_a_time_that_is_a_date_says_when_the_record_began(tmp_path: Path, first: float, unit: str, day: str) -> None:
+    step = 86400 if unit == "d" else 1
+    lines = [f"{first + t / step:.9f},{d:.4f},{f:.4f}" for t, d, f in zip(*PRESS, strict=True)]
+    started = read(tmp_path, ["Time,Extension (mm),Load (N)", *lines], units={"time": unit}).started
+    assert started is not None
+    assert started.date().isoformat() == day
+
+
 def test_readings_with_their_units_in_the_cells_are_refused_with_what_to_do(tmp_path: Path) -> None:
     cells = [f"{t:.1f} s,{d:.3f} mm,{f:.3f} N" for t, d, f in zip(*PRESS, strict=True)]
     assert "Take the units out of the cells" in refusal(tmp_path, ["Time,Displacement,Force", *cells])
