@@ -30,7 +30,7 @@ from calib.lab.instruments.size import implausible, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
-from calib.lab.instruments.times import begins_anew
+from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.unit_choice import source_of_column, unit_in_words, unit_of_column
 from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.validity import said_bad
@@ -208,6 +208,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for r, cell in enumerate(_cells(sheet, places["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
+    for r in copied_rows(values):
+        _append(reasons, r, "the row before once more: the same time and readings")
     for r, why in sheet.reasons.items():
         # An empty cell at an end of a row that is moved is no cell without a reading.
         moved = why.startswith(MOVED) and reasons[r].startswith("empty cell")

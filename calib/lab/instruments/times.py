@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -287,6 +287,25 @@ def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:
             line = int(sheet.lines[rows[int(np.argmax(found)) + 1]])
             notes.append(f'"{sheet.names[index]}" {what} in {many} row(s), the first in line {line}')
     return notes
+
+
+def copied_rows(values: Mapping[str, FloatArray]) -> list[int]:
+    """Rows from 0 that are the row before once more, as of exports that write every reading twice: they tell nothing new.
+
+    Where a time is written too coarsely to tell readings apart some that share one differ, and then none is taken for a copy.
+
+    Parameters
+    ----------
+    values : what was read, with the time, nan where there is nothing, (n_row,) each.
+    """
+    if "time" not in values or len(values) < 2:
+        return []
+    rows = np.array(list(values.values()))
+    known = np.isfinite(rows[:, 1:]) | np.isfinite(rows[:, :-1])
+    same = np.all((rows[:, 1:] == rows[:, :-1]) | ~known, axis=0)
+    at_once = np.diff(values["time"]) == 0
+    copies = np.flatnonzero(at_once & same) + 1
+    return copies.tolist() if copies.size == np.count_nonzero(at_once) else []
 
 
 def _counts_clock(numbers: FloatArray) -> bool:

@@ -233,3 +233,19 @@ def test_the_time_is_not_advised_to_be_left_out_where_nothing_else_ties_the_read
         with pytest.raises(InputError, match="time falls") as error:
             read(tmp_path, [line if leads_out else line.rsplit(",", 1)[0] for line in lines], head)
         assert ("time=none" in str(error.value)) == leads_out
+
+
+def test_rows_that_are_written_twice_count_once(tmp_path: Path) -> None:
+    lines = rows()
+    table = read(tmp_path, [line for line in lines for _ in range(2)])
+    assert [i for i, reason in enumerate(table.reasons) if not reason] == list(range(0, 2 * N, 2))
+    assert "the row before once more" in table.reasons[1]
+    once = observe(read(tmp_path, lines))
+    twice = observe(table)
+    np.testing.assert_array_equal(twice.channels["force"][twice.used], once.channels["force"][once.used])
+
+
+def test_times_too_coarse_to_tell_readings_apart_make_no_copies(tmp_path: Path) -> None:
+    force = np.round(F, 1)
+    lines = [f"{i // 5},{x:.5f},{f:.1f}" for i, (x, f) in enumerate(zip(np.where(X < 0.1, 0.0, X), force, strict=True))]
+    assert not any("once more" in reason for reason in read(tmp_path, lines).reasons)
