@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from scipy.special import ndtri
 
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
-from calib.checks.departures import BAYES_LIMITS
+from calib.checks.departures import BAYES_LIMITS, MOVED_LIMIT, moved_by
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.digits import with_uncertainty
@@ -35,8 +35,6 @@ BEFORE_SAMPLING = "reasons before sampling"
 OF_MODELS = "reasons of the models"
 # Models whose Bayes factors differ by less, as a logarithm (by a factor of 20), describe the data about as well.
 _AS_WELL = 3.0
-# Logarithm of a Bayes factor from which the better of two models is said to be better: "positive" (Kass & Raftery).
-_CLEARLY = 1.0
 _WHAT_TELLS = (
     "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, times that were counted and not "
     "measured), and settle it by a press or a measurement that is not among these data."
@@ -157,18 +155,23 @@ def _departures(posterior: Posterior) -> Iterator[Reason]:
         finding = "other models were not held against these data, as there is no first answer to compare with"
         yield Reason("model", "amber", finding, f"Calibrate with both and compare them: {compare}")
     known = sorted((d for d in asked if not math.isnan(d.log_bayes)), key=lambda d: -d.log_bayes)
-    if known and (level := _level(known[0].log_bayes, BAYES_LIMITS)) is not None:
-        alike = [d for d in known if d.log_bayes > max(BAYES_LIMITS["amber"], known[0].log_bayes - _AS_WELL)]
+    own = posterior.diagnostics.parameters.get("young_modulus")
+    mattering = [d for d in known if d.log_bayes > BAYES_LIMITS["amber"] or moved_by(d, own) > MOVED_LIMIT]
+    if mattering:
+        best = mattering[0].log_bayes
+        alike = [d for d in mattering if d.log_bayes > best - _AS_WELL]
         told = "; or ".join(departure_in_words(d, posterior) for d in alike)
         which = "other models describe" if len(alike) > 1 else "another model describes"
         apart = ", which do not tell them apart" if len(alike) > 1 else ""
-        how = "better than" if known[0].log_bayes > _CLEARLY else "at least as well as"
+        how = "better than" if best > BAYES_LIMITS["amber"] else "at least as well as" if best > 0 else "about as well as"
         finding = (
             f"{which} these data {how} the one given{apart}: {told}. Odds are among the models that were asked: what "
             "none of them has (a part of the base that is not bonded, dirt on the ball, a cell or a meter that reads wrongly) "
             "may look like one of them"
         )
-        yield Reason("model", level, finding, f"{_WHAT_TELLS} Compare the models with {compare}")
+        yield Reason(
+            "model", _level(best, BAYES_LIMITS) or "amber", finding, f"{_WHAT_TELLS} Compare the models with {compare}"
+        )
 
 
 def departure_in_words(departure: Departure, posterior: Posterior) -> str:

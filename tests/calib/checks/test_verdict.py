@@ -81,7 +81,7 @@ def test_a_discrepancy_above_what_was_believed_is_no_success(
     assert all("5.4 %" in r.finding for r in found)
 
 
-@pytest.mark.parametrize(("log_bayes", "level"), [(-200.0, None), (-0.1, None), (0.1, "amber"), (1.5, "amber"), (44.0, "red")])
+@pytest.mark.parametrize(("log_bayes", "level"), [(-200.0, None), (-4.0, None), (0.1, "amber"), (1.5, "amber"), (44.0, "red")])
 def test_a_model_that_the_data_prefer_takes_the_green_away(
     make_posterior: MakePosterior, log_bayes: float, level: str | None
 ) -> None:
@@ -89,6 +89,20 @@ def test_a_model_that_the_data_prefer_takes_the_green_away(
     found = [r for r in judge_posterior(_with(make_posterior(), departures=(other,))).reasons if r.gate == "model"]
     assert [r.level for r in found] == ([level] if level else [])
     assert all("0.700 ± 0.020 instead of 0.6200 ± 0.0040 MPa" in r.finding for r in found)
+
+
+@pytest.mark.parametrize(
+    ("log_bayes", "modulus", "level"), [(-1.0, 0.622e6, None), (-1.0, 0.64e6, "amber"), (-3.5, 0.66e6, None)]
+)
+def test_a_model_that_the_data_leave_open_takes_the_green_away_where_it_moves_the_modulus(
+    make_posterior: MakePosterior, log_bayes: float, modulus: float, level: str | None
+) -> None:
+    other = Departure("own-padding", "padding of its own modulus", log_bayes, FirstEstimate(modulus, 0.02e6))
+    found = [r for r in judge_posterior(_with(make_posterior(), departures=(other,))).reasons if r.gate == "model"]
+    assert [r.level for r in found] == ([level] if level else [])
+    assert all(
+        "describes these data about as well as the one given" in r.finding and "odds 1 : 2.7" in r.finding for r in found
+    )
 
 
 def test_models_that_describe_the_data_about_as_well_are_all_named_and_none_is_advised(make_posterior: MakePosterior) -> None:
