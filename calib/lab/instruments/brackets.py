@@ -38,8 +38,8 @@ _FILTERED = re.compile(
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
 # "compression negative", "tension: +".
 _SENSE = re.compile(
-    r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*(?:is\s|[:=]\s*)?"
-    r"(?P<sign>positive?|negative?|pos\b|neg\b|plus|minus|\+(?:ve)?|-(?:ve)?(?![\w\d]))",
+    r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*"
+    r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
 _INDEX = re.compile(
@@ -106,13 +106,16 @@ def parted(bracket: str) -> tuple[str, ...]:
 def says_sense(text: str) -> int:
     """Which sign of a reading words say that compression has: 1, -1, or 0 where they say nothing of it.
 
-    >>> says_sense("compression negative"), says_sense("N, tension = +"), says_sense("compressive load"), says_sense("push +ve")
-    (-1, -1, 0, 1)
+    >>> says_sense("compression negative"), says_sense("N, tension = +"), says_sense("push +ve"), says_sense("pull: -")
+    (-1, -1, 1, 1)
+    >>> says_sense("Compression - Load"), says_sense("compression-load"), says_sense("compression +/- 5"), says_sense("Zug -")
+    (0, 0, 0, 0)
     """
     match = _SENSE.search(text)
     if match is None:
         return 0
-    return (1 if match["push"] else -1) * (-1 if match["sign"].lower()[:3] in ("neg", "-", "-ve", "min") else 1)
+    negative = (match["word"] or match["mark"]).lower().startswith(("neg", "minus", "-"))
+    return -1 if (match["push"] is not None) == negative else 1
 
 
 def is_factor(text: str) -> bool:
