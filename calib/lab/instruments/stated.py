@@ -11,8 +11,9 @@ from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import understand
 
 _SCALE = (
-    r"gain|amplif\w*|amplification|attenuat\w*|multipl\w+|scal(?:e|ing)(?:[ _-]?factor)?|factor|faktor|facteur|fattore|fator|"
-    r"verst[äa]rk\w*|ganancia|guadagno|ganho|wzmocnienie|förstärkning|versterking|range|bereich|倍率|増幅率|增益|放大倍数|배율"
+    r"gains?|amplif\w*|amplification|attenuat\w*|multipl\w+|scal(?:e|ing)s?(?:[ _-]?factors?)?|factors?|facteurs?|"
+    r"\w*faktor(?:en)?|fattor[ei]|fator(?:es)?|échelles?|escalas?|scal[ae]|verst[äa]rk\w*|ganancias?|guadagn[oi]|ganhos?|wzmocnienie|"
+    r"förstärkning|versterking|range|bereich|倍率|増幅率|增益|放大倍数|배율"
 )
 _NUMBER = r"\d+(?:[.,]\d+)?(?:e[+-]?\d+)?|10\^[+-]?\d+"
 # "Load gain: 10", "Amplifier factor 2", "Range x10", "Gain 20 dB"; a number with another unit is a sensitivity or a capacity.
@@ -24,18 +25,45 @@ _FACTOR = re.compile(
 _TIMES = re.compile(
     rf"(?P<before>[^\d]*?)[\s:=,;\t([]*(?:[x×*]\s?(?P<number>{_NUMBER})|(?P<first>10+)\s?[x×])[)\]\s,;\t\"]*", re.I
 )
+# Parts of a line that each state a number of their own: "Gains: Load 2, Disp 1", "Scale;Load;0.01;Extension;1".
+_PARTS = re.compile(r"[;|\t]|,(?!\d)|(?<!\d),|(?<=[a-z)])\s*:\s|\s\band\b\s|\s\bund\b\s", re.IGNORECASE)
+_PART = re.compile(rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?P<tail>[^\s\d]*)(?P<rest>.*)", re.IGNORECASE)
+_SCALE_WORD = re.compile(rf"(?<![^\W_])(?:{_SCALE}|scaled|skaliert)(?![^\W_])", re.IGNORECASE)
+_RANGE_WORD = re.compile(r"(?:range|bereich)$", re.IGNORECASE)
 # "multiply Load column by 2", "divide the force by 1000".
 _BY = re.compile(
-    r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|times)\b(?P<what>[^\d]*?)"
-    rf"(?:\b(?:by|with|mit|durch|par|por|per)\s*)(?P<number>{_NUMBER})(?![\w.,]*\d)",
+    r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|scaled|skaliert|amplified|verstärkt|"
+    r"reduced|increased|times)\b(?P<what>[^\d]*?)"
+    rf"(?:\b(?:by|with|mit|durch|um|par|por|per)\s*(?:a\s+)?(?:factor\s+(?:of\s+)?)?)(?P<number>{_NUMBER})(?![\w.,]*\d)",
     re.IGNORECASE,
 )
+# "all forces times 2", "10x too large", "by a factor 10 too high", "at 1/10 scale", "true force = column / 10".
+_OTHERWISE = (
+    re.compile(rf"(?P<what>[^\d]*)\btimes\s+(?P<number>{_NUMBER})(?![\w.,:]*\d)", re.IGNORECASE),
+    re.compile(
+        rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?:x|×|times|fold|mal)?\s*(?:too|zu|trop|demasiado|troppo)\s+"
+        r"(?:large|high|small|low|big|hoch|gro(?:ß|ss)|klein|niedrig|grande?s?|élevée?s?|petite?s?|alt[oaie]|bass[oaie]|baj[oa]s?)",
+        re.IGNORECASE,
+    ),
+    re.compile(rf"(?P<what>[^\d]*?)(?:1\s?[/:]\s?)(?P<number>{_NUMBER})\s+scale\b", re.IGNORECASE),
+    re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*[*/×]\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
+    re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*[*×]\s*[^\W\d].*", re.IGNORECASE),
+)
+_PRODUCTS = _OTHERWISE[-2:]
+# "1 count = 0.01 N", "in units of 10 mN": numbers that are not in the unit itself.
+_COUNTS = re.compile(
+    r"(?:\b1\s*(?:count|unit|digit|lsb|division|div|skt|einheit|step|schritt)\s*(?:=|≙|is|corresponds to|entspricht)\s*|"
+    r"\b(?:units?|einheit(?:en)?)\s*(?:=|:|of|von)\s*)"
+    rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,;()]+)",
+    re.IGNORECASE,
+)
+_STEPS_OF_READING = re.compile(r"resol|auflös|précision|risol|least|smallest", re.IGNORECASE)
 # Factors of something else than the readings.
 _OTHERS = re.compile(
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
     r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
-    r"plot|graph|chart|axis|stress|strain|time|rate|speed|conversion|print|colou?r|grey|gray|image|video|camera|friction|"
-    r"verlust|gütefaktor|sicherheit|temperat|expan",
+    r"plot|graph|chart|axis|stress|strain|time(?!s)|rate|speed|print|colou?r|grey|gray|image|video|camera|friction|"
+    r"verlust|gütefaktor|sicherheit|temperat|expan|hx ?71\d|ads1\d+|\badc\b|nau7802",
     re.IGNORECASE,
 )
 _LONGEST = 120
@@ -102,17 +130,25 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
     found: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines, first):
         if len(line) <= _LONGEST and any(c.isdigit() for c in line):
-            quantity = _factor_of(line.strip(" \t,;#%\"'"))
-            if quantity is not None:
+            for quantity in _factors_of(line.strip(" \t,;#%\"'")):
                 found.setdefault(quantity, (line.strip()[:60], number))
     return MappingProxyType(found)
 
 
-def _factor_of(line: str) -> str | None:
-    """Of which quantity a line states a factor, "" for any; None if it states none."""
+def _factors_of(line: str) -> tuple[str, ...]:
+    """Of which quantities a line states a factor, "" for any; none if it states none."""
     told = _BY.search(line)
-    if told is not None and not _is_one(told["number"]) and not _OTHERS.search(told["what"]):
-        return next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), "")
+    if told is not None and not _is_one(told["number"]) and not _OTHERS.search(line[: told.start("number")]):
+        return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)
+    counts = _COUNTS.search(line)
+    if counts is not None and not _STEPS_OF_READING.search(line):
+        return tuple(q for q in _QUANTITIES[:3] if is_unit_of(counts["unit"], q) and not _is_one(counts["number"]))
+    for pattern in _OTHERWISE:
+        match = pattern.match(line)
+        if match is not None and not _is_one(match["number"]) and not _OTHERS.search(line):
+            quantity = quantity_of(match["what"]) or quantity_of(line)
+            if quantity is not None or pattern not in _PRODUCTS:
+                return (quantity or "",)
     match = _FACTOR.fullmatch(line)
     if match is not None:
         tail, word = match["tail"].lower().rstrip(")]"), match["word"].lower()
@@ -120,12 +156,38 @@ def _factor_of(line: str) -> str | None:
         if word in ("range", "bereich") and not match["times"] and tail not in ("x", "×"):
             factor = False
         if not factor or _is_one(match["number"]) or _OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
-            return None
-        return next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), "")
-    match = _TIMES.fullmatch(line)
-    if match is not None and not _is_one(match["number"] or match["first"]):
-        return quantity_of(match["before"])
-    return None
+            return ()
+        return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
+    return _factors_of_parts(line)
+
+
+def _factors_of_parts(line: str) -> tuple[str, ...]:
+    """Of which quantities the parts of a line state factors: each its own, or of what the part before it named."""
+    scaled, named, found = False, "", []
+    for part in (p.strip() for p in _PARTS.split(line)):
+        word = _SCALE_WORD.search(part)
+        if _OTHERS.search(part):
+            scaled = False
+            continue
+        match, alone = _PART.match(part), _TIMES.fullmatch(part)
+        quantity = quantity_of(match["what"] if match is not None else part)
+        scaled = scaled or (word is not None and _RANGE_WORD.search(word[0]) is None)
+        if alone is not None and quantity_of(alone["before"]) is not None:
+            found += [quantity_of(alone["before"])] if not _is_one(alone["number"] or alone["first"]) else []
+        elif scaled and match is not None:
+            of = (
+                quantity
+                or quantity_of(f"{match['tail']} {match['rest']}")
+                or ("" if match["what"].strip(" :=([") and not word else named)
+            )
+            plain = (
+                match["tail"].lower().rstrip(")],") in ("", "x", "×", "db", "times", "fold", "fach", "mal", "#")
+                or "(" in match["tail"]
+            )
+            if of and plain and not _is_one(match["number"]):
+                found.append(of)
+        named = quantity or named
+    return tuple(found)
 
 
 def _is_one(number: str) -> bool:

@@ -15,6 +15,7 @@ from calib.lab.quality.readings import (
     check_readings,
     check_resolution,
     check_signal,
+    check_size,
     check_time_steps,
 )
 from calib.lab.quality.turn import check_turn
@@ -46,7 +47,7 @@ def judge(
         grades += [check_readings(c), signal, check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
-        grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c), check_turn(obs, c)]
+        grades += [check_size(c), check_resolution(c), check_clipping(obs, c), check_late(obs, c), check_turn(obs, c)]
         grades += [check_start(c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
             grades += [check_load_zero(c), check_hysteresis(obs, c)]

@@ -37,6 +37,9 @@ LATE, LATE_RISE = 0.02, 0.02
 #: Ratio of long to short time steps (95th to 5th percentile) above which neighbouring readings are no even series: their
 #: correlation, counted in readings, is then that of the densest part.
 UNEVEN_STEPS = 10.0
+#: Force [N] and travel in contact [m] beyond which a unit is asked about: a ball of the largest radius, 20 mm, half of it deep
+#: in the stiffest silicone, 5 MPa, bears (16/9) E (R d^3)^(1/2) = 1.3 kN (Hertz).
+LARGE_FORCE, LARGE_TRAVEL = 1000.0, 0.02
 
 
 def check_readings(c: LoadingBranch) -> Grade:
@@ -57,6 +60,19 @@ def check_signal(c: LoadingBranch) -> Grade | None:
     finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.0f} times the noise of one reading ({c.text(c.noise)})"
     advice = "Press harder, average longer (slower meter speed), shield the leads."
     return c.grade("signal", level, ratio, "times", finding, advice)
+
+
+def check_size(c: LoadingBranch) -> Grade | None:
+    """Is the press larger than any of a ball into a soft sample? None for a channel that is no force."""
+    if c.name != "force":
+        return None
+    travel = float(c.x[-1]) - c.touch if c.x_unit == "m" else 0.0
+    level = level_beyond(max(c.span / LARGE_FORCE, travel / LARGE_TRAVEL), 1.0, np.inf)
+    over = f" over {travel * 1e3:.3g} mm in contact" if c.x_unit == "m" else ""
+    most = f"a ball in soft silicone takes {LARGE_FORCE:.0f} N and {LARGE_TRAVEL * 1e3:.0f} mm at most"
+    finding = f"the load rises by {c.text(c.span)}{over}; {most}"
+    advice = "Check the units, and whether its numbers have to be multiplied: --units force=... and displacement=..."
+    return c.grade("size", level, c.span, "N", finding, advice)
 
 
 def check_resolution(c: LoadingBranch) -> Grade:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
@@ -96,6 +97,7 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
         "signal",
         "gap in time",
         "even time steps",
+        "size",
         "resolution",
         "clipping",
         "start before contact",
@@ -109,7 +111,7 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
     assert [v for v in grades if v.level != "good"] == []
     assert all(math.isfinite(v.number) and v.finding and not v.advice for v in grades)
     assert {v.file for v in grades} == {"tester.csv"}
-    assert quality_in_words(grades) == "13 checks: all good."
+    assert quality_in_words(grades) == "14 checks: all good."
 
 
 def test_verdicts_do_not_change_the_observations(tmp_path: Path) -> None:
@@ -276,6 +278,13 @@ def test_a_press_that_gets_softer_does_not_level_off(tmp_path: Path, seed: int) 
     lines = [f"{a:.4f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True)]
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
     assert grade(observe(read_lab_file(tmp_path / "t.csv")), "clipping").level == "good"
+
+
+@pytest.mark.parametrize("units", [{"force": "kN"}, {"displacement": "m"}])
+def test_a_press_that_no_ball_in_silicone_makes_asks_for_its_units(tmp_path: Path, units: dict[str, str]) -> None:
+    found = grade(observe(read_lab_file(Test().file(tmp_path), Reading(units=units))), "size")
+    assert found.level == "warning"
+    assert "--units" in found.advice
 
 
 def test_coarse_steps_alone_are_no_clipping(tmp_path: Path) -> None:
@@ -486,9 +495,12 @@ def test_a_quiet_meter_says_nothing_on_clipping(tmp_path: Path) -> None:
         ("instron/i05_bh2_ccyclic_headerblock_crlf.csv", {"start before contact": "bad"}),
         (
             "instron/i09_bhu_exports_quoted_kN_blankfirstcol.csv",
-            {"start before contact": "bad", "resolution": "warning"},
+            {"size": "warning", "start before contact": "bad", "resolution": "warning"},
         ),
-        ("p1_ecoflex_compression/EF30_0T_A1.csv", {"start before contact": "warning", "machine compliance": "warning"}),
+        (
+            "p1_ecoflex_compression/EF30_0T_A1.csv",
+            {"size": "warning", "start before contact": "warning", "machine compliance": "warning"},
+        ),
         ("p3_asmi_sphere_indentation/well_E5_20251030_122001.csv", {"machine compliance": "warning"}),
         (
             "p3_asmi_sphere_indentation/well_E6_20251030_122108.csv",

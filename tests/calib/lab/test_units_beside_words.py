@@ -11,6 +11,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, observe, read_lab_file
+from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.unit_cells import UnitCell, begins_with_unit, unit_cell
 from calib.lab.instruments.vocabulary import heading_as, understand
 
@@ -377,6 +378,43 @@ def test_a_factor_that_is_to_be_applied_is_asked_for(tmp_path: Path, line: str) 
     assert "states a factor" in said
     twice = read(tmp_path, [line, "Time (s),Displacement (mm),Load (N)", *rows(*PRESS)], units={"force": "2 N"})
     assert_press(twice, 2 * FORCE)
+
+
+@pytest.mark.parametrize(
+    ("line", "of"),
+    [
+        ("# scale factors: displacement 0.001, force 0.001", ("displacement", "force")),
+        ("Gains: Load 2, Disp 1", ("force",)),
+        ("Scale;Load;0.01;Extension;1", ("force",)),
+        ("Load x 0.001; Displacement x 0.001", ("force", "displacement")),
+        ("Skalierungsfaktoren: Kraft 0,001; Weg 0,001", ("force", "displacement")),
+        ("amplification 10 (force), 1 (displacement)", ("force",)),
+        ("force_scale: 2.0 # N per count", ("force",)),
+        ("values are scaled by 1000", ("",)),
+        ("all forces times 2", ("force",)),
+        ("Note: Force readings are 10x too large", ("force",)),
+        ("1 unit = 10 mN", ("force",)),
+        ("Load in units of 10 mN", ("force",)),
+        ("true force = column / 10", ("force",)),
+        ("data recorded at 1/10 scale", ("",)),
+        ("Umrechnungsfaktor Kraft: 9.81", ("force",)),
+    ],
+)
+def test_every_factor_of_a_line_is_known_with_what_it_is_of(line: str, of: tuple[str, ...]) -> None:
+    assert tuple(stated_factors([line])) == of
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("Start times 10:30", "repeated 3 times", "Load cell range: 50 N", "Gain: 1, Channel 2", "Scale: linear, 5 mm/div"),
+        *("Test scale factors: none", "PID gains: P 2, I 0.1, D 0", "Step: 0.01 mm", "Number of units: 3", "multiplier 1x"),
+        *("Load scale: 0-10 N", "Speed reduced by 10", "Load cell: 10 kg, HX711 gain 128", "Resolution: 1 digit = 0.01 N"),
+        *("A = 2*pi*R", "Scale Kern PCB 1000, max 1000 g, d=0.01 g", "Date: 12/03/2026, Operator 2"),
+    ],
+)
+def test_a_line_with_numbers_of_something_else_states_no_factor(line: str) -> None:
+    assert not stated_factors([line])
 
 
 @pytest.mark.parametrize("line", ["Deviation mode: ABS, REF 90.000 pF", "DEV,%", "Abweichung: ein", "Delta mode = REL"])
