@@ -61,7 +61,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut | pos | axis | achse",
                 "axe | δ | 实际位移 | 実変位 | 現在位置 | 当前位置 | extension from preload | deflection from preload",
-                "gap | spalt | messspalt | entrefer",
+                "gap | spalt | messspalt | entrefer | displ | displac | lvdt",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",

@@ -68,6 +68,9 @@ def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
 
 def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) -> LabTable:
     """Read one record of a text, or of a part of a file with the types of its cells."""
+    if text.notes:
+        table = _read_text(replace(text, notes=()), reading, types)
+        return replace(table, notes=(*text.notes, *table.notes))
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
     sheet = sheet if found is None else found.sheet

@@ -26,6 +26,12 @@ _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:
 _HEAD, _BREAKS = 60, 40
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
+# A byte order mark of UTF-8, as it stands in a text that was read in another encoding and written in UTF-8.
+_MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
+# A cell as spreadsheet programs are made to keep it as it is written, ="0.50", in quotes of its own or without.
+_AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")(?=[,;\t\n]|\Z)')
+# A line in quotes as a whole, those within it written twice.
+_QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -45,6 +51,7 @@ class LabText:
     decimal : the decimal mark, where the file's format states it; else "".
     typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
     units_line : 1-based line of which the format states that units stand there, known ones or not; 0 if it states none.
+    notes : in what it was not written as a table is.
     """
 
     path: Path
@@ -55,6 +62,7 @@ class LabText:
     decimal: str = ""
     typed: bool = False
     units_line: int = 0
+    notes: tuple[str, ...] = ()
 
 
 def require_readable(path: Path) -> None:
@@ -97,13 +105,62 @@ def read_lab_text(path: Path) -> LabText:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
+    text, notes = _as_cells(text)
     lines = _with_whole_cells(text.split("\n"))
     if max(map(len, lines)) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
-    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"))
+    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
+
+
+def _without_marks(text: str) -> str:
+    """The text without byte order marks at its beginning, be they written twice.
+
+    What was written in UTF-8, read in another encoding and written in UTF-8 again is read as it was at first.
+    """
+    text = text.lstrip("\ufeff")
+    for mark, encoding in _MARK.items():
+        if text.startswith(mark):
+            try:
+                return _without_marks(text.encode(encoding).decode("utf-8"))
+            except UnicodeError:
+                return text.removeprefix(mark)
+    return text
+
+
+def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
+    """The text with cells for what spreadsheet programs write in their place, and notes on that: whole lines, and formulas."""
+    notes = []
+    if '="' in text:
+        text, n_cell = _AS_FORMULA.subn(lambda found: f'"{found[1] or found[2] or ""}"', text)
+        if n_cell:
+            notes.append(f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken')
+    if '"' in text and (lines := _unquoted(text.split("\n"))):
+        text = "\n".join(lines)
+        notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
+    return text, tuple(notes)
+
+
+def _unquoted(lines: list[str]) -> list[str]:
+    """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own."""
+    found: list[str] = []
+    n_whole = 0
+    for line in lines:
+        match = _QUOTED_LINE.fullmatch(line)
+        inside = match[1].replace('""', '"') if match is not None else line
+        whole = match is not None and re.search(r"[,;\t]", inside) is not None
+        if not whole and '"' not in line and re.search(r"[,;\t]", line.strip(" ,;\t")) is None:
+            found.append(line)  # a title, or nothing
+        elif whole:
+            n_whole += 1
+            found.append(inside)
+        else:
+            return []
+    # "0,5" alone in each line is a number.
+    several = sum(len(re.findall(r"[,;\t]", line)) > 1 or "." in line for line in found if line)
+    return found if n_whole > 1 and 2 * several > n_whole else []
 
 
 def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
@@ -159,7 +216,7 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
         except UnicodeDecodeError:
             continue
         if not _CONTROL.search(text):
-            return _NAMES.get(encoding, encoding), text
+            return _NAMES.get(encoding, encoding), _without_marks(text)
     zero = data.find(b"\x00")
     few = b"\x00" not in data.rstrip(b"\x00\r\n") or data.count(b"\x00") < _FEW_ZEROS * len(data)
     if zero >= 0 and few and not _CONTROL.search(data.replace(b"\x00", b"").decode("latin-1")):

@@ -715,6 +715,68 @@ def test_lvm_with_an_x_for_each_channel(tmp_path: Path) -> None:
     assert any('segment "1: Load"' in str(part) for part in table.unread)
 
 
+NAMES_OF_THREE = ("X_Value", "Extension", "X_Value", "Target", "X_Value", "Load", "Comment")
+
+
+def _of_three(tags: dict[str, str], names: Sequence[str] = NAMES_OF_THREE) -> str:
+    """A segment of three channels with a column of x each, whose header has these lines for its tags."""
+    rows = [_row(t, x, t, 0.3, t, f) for t, x, f in ROWS]
+    text = lvm(rows, names=names, units=("", "", ""), x_columns="Multi")
+    lines = [line for line in text.split("\r\n") if line.partition("\t")[0] not in ("Samples", "Date", "Y_Unit_Label", "X_Dimension")]
+    lines = [line for line in lines if not line.startswith("Time\t") or line.count("\t") == 1]
+    at = lines.index("Channels\t3")
+    return "\r\n".join([*lines[: at + 1], *(f"{tag}\t{values}" for tag, values in tags.items()), *lines[at + 1 :]])
+
+
+@pytest.mark.parametrize("units", ["mm\t\tN\t\tmN\t", "mm\t\t\t\tmN\t", "mm\tN\tmN\t", "mm\t\tmN\t\t\t"])
+@pytest.mark.parametrize("dates", ["2024/05/02\t\t2024/05/02\t\t2024/05/02\t", "2024/05/02\t2024/05/02\t2024/05/02\t"])
+def test_units_of_an_lvm_file_are_those_that_stand_above_their_channels(tmp_path: Path, units: str, dates: str) -> None:
+    """Two fields apart as National Instruments writes them, or one, as every line of the header shows; else the units are open."""
+    path = written(tmp_path / "a.lvm", _of_three({"Date": dates, "Y_Unit_Label": units}))
+    fields = units.split("\t")
+    stride = 2 if "\t\t" in dates else 1
+    fits = all(i % stride == 0 and i < 3 * stride for i, unit in enumerate(fields) if unit)
+    if fits and fields[2 * stride] == "mN":
+        assert_truth(read_lab_file(path), FORCE * 1e-3)
+    else:
+        assert "--units force=" in refusal(path)
+        said = {"displacement": "mm", "force": "mN"}
+        assert_truth(read_lab_file(path, Reading(units=said)), FORCE * 1e-3)
+
+
+def test_units_of_an_lvm_file_whose_places_fit_both_layouts_are_asked_for(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.lvm", _of_three({"Y_Unit_Label": "mm\t\tmN"}))
+    assert "--units force=" in refusal(path)
+    named = ("X_Value", "Extension (mm)", "X_Value", "Target", "X_Value", "Load (mN)")
+    table = read_lab_file(written(tmp_path / "b.lvm", _of_three({"Y_Unit_Label": "mm\t\tmN"}, named)))
+    assert_truth(table, FORCE * 1e-3)
+    assert any("cannot be told: they are not taken" in note for note in table.notes)
+
+
+def test_channels_of_an_lvm_file_that_began_at_different_times_are_no_one_record(tmp_path: Path) -> None:
+    clocks = "14:03:20.25\t\t14:03:20.25\t\t{}\t"
+    tags = {"Date": "2024/05/02\t\t2024/05/02\t\t2024/05/02\t", "Y_Unit_Label": "mm\t\tN\t\tN\t"}
+    said = refusal(written(tmp_path / "a.lvm", _of_three({**tags, "Time": clocks.format("14:03:20.75")})))
+    assert '"1: Load"' in said
+    assert_truth(read_lab_file(written(tmp_path / "b.lvm", _of_three({**tags, "Time": clocks.format("14:03:20.2503")}))))
+
+
+def test_lvm_with_lines_of_separators_alone(tmp_path: Path) -> None:
+    text = lvm([_row(*row) for row in ROWS], names=LVM_NAMES, units=("mm", "N"), separator="Comma")
+    text = text.replace("***End_of_Header***\r\n", "***End_of_Header***,\r\n,\r\n,,,,\r\n")
+    assert_truth(read_lab_file(written(tmp_path / "a.lvm", text)))
+
+
+def test_lvm_times_that_count_from_midnight_are_no_times_since_1904(tmp_path: Path) -> None:
+    rows = [_row(50707.25 + t, x, f) for t, x, f in ROWS]
+    text = lvm(rows, names=("X_Value", "LVDT", "Load"), units=("mm", "N"), time_pref="Absolute")
+    table = read_lab_file(written(tmp_path / "a.lvm", text))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), np.diff(TIME), atol=1e-6)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-12)
+    assert table.started is None or table.started.year == 2024
+    assert not any("absolute" in note for note in table.notes)
+
+
 def test_lvm_segments_whose_times_go_on_are_one_record(tmp_path: Path) -> None:
     rows = [_row(*row) for row in ROWS]
     pieces = (rows[:50], rows[50:90], rows[90:])

@@ -121,7 +121,7 @@ def _segments(text: LabText, file: _File, start: int) -> list[_Segment]:
         if cells[0] in _SPECIAL:
             special = cells[0] == _SPECIAL[0]
             continue
-        if special or not line.strip():
+        if special or not any(cells):
             continue
         if cells[0] == "X_Value":
             rows = []
@@ -161,55 +161,103 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
             raise _fault(text, f"the row has {len(row)} cells, the names are {width}", index)
         cells[index] = (row + [""] * width)[:width]
     notes: list[str] = []
+    strides = _strides(segment, file, n_channel)
     if file.x_columns == "no":
         groups = _made(text, file, segment, cells, n_channel, notes)
     else:
-        groups = {}
-        for place, channel in pairs:
-            xs = tuple(row[place] for row in cells.values())
-            # A channel with fewer readings ends earlier, and so does its x.
-            key = next(
-                (known for known in groups if all(a == b or not a or not b for a, b in zip(known, xs, strict=True))), None
-            )
-            if key is None:
-                groups[xs] = [channel]
-            else:
-                longest = tuple(a or b for a, b in zip(key, xs, strict=True))
-                groups[longest] = [*groups.pop(key), channel]
-    begun = _begun(segment)
-    units, dimensions = segment.tags.get("y_unit_label", ()), segment.tags.get("x_dimension", ())
+        groups = []
+        for k, (place, channel) in enumerate(pairs):
+            _add(groups, _Group(tuple(row[place] for row in cells.values()), _begun(segment, strides, k), (channel,)), file)
+    if any(_said_of(segment, "y_unit_label", strides, k) is None for k in range(n_channel)):
+        notes.append("under which channels the units of the segment's header stand cannot be told: they are not taken")
+    comment = [width - 1] if names[-1] == "Comment" else []
     tables = []
-    for xs, members in groups.items():
+    for group in groups:
+        members = group.members
         nth = [member // 2 if file.x_columns == "multi" else member - 1 for member in members]
-        dimension = dimensions[nth[0]] if nth[0] < len(dimensions) and dimensions[nth[0]] else "Time"
-        name = f"{number}" if len(groups) == 1 else f"{number}: {names[members[0]]}"
-        comment = [width - 1] if names[-1] == "Comment" else []
+        dimension = _said_of(segment, "x_dimension", strides, nth[0]) or "Time"
+        own = [_said_of(segment, "y_unit_label", strides, k) or "" for k in nth]
         tables.append(
             _Table(
-                name,
+                f"{number}" if len(groups) == 1 else f"{number}: {names[members[0]]}",
                 [dimension, *(names[member] for member in (*members, *comment))],
-                [
-                    "s" if dimension == "Time" else "",
-                    *(units[k] if k < len(units) else "" for k in nth),
-                    *("" for _ in comment),
-                ],
+                ["s" if dimension == "Time" else "", *own, *("" for _ in comment)],
                 segment.line,
-                {i: [x, *(row[m] for m in (*members, *comment))] for x, (i, row) in zip(xs, cells.items(), strict=True)},
-                begun,
+                {
+                    i: [x, *(row[m] for m in (*members, *comment))]
+                    for x, (i, row) in zip(group.xs, cells.items(), strict=True)
+                },
+                group.begun,
                 tuple(notes),
             )
         )
     return tables
 
 
+# Tags of a segment that have a value for each of its channels.
+_OF_CHANNELS = ("samples", "date", "time", "y_unit_label", "x_dimension", "x0", "delta_x")
+
+
+def _strides(segment: _Segment, file: _File, n_channel: int) -> list[int]:
+    """How many fields apart the values of channels may stand in a segment's header, by those that are filled.
+
+    With a column of x for each channel National Instruments writes them above the channels, two apart
+    (`Y_Unit_Label\\tmm\\t\\tN`), other programs one behind the other.
+    """
+    filled = {i for tag in _OF_CHANNELS for i, value in enumerate(segment.tags.get(tag, ())) if value}
+    allowed = (1, 2) if file.x_columns == "multi" and n_channel > 1 else (1,)
+    return [n for n in allowed if all(i % n == 0 and i < n * n_channel for i in filled)]
+
+
+def _said_of(segment: _Segment, tag: str, strides: Sequence[int], channel: int) -> str | None:
+    """What a tag says of a channel from 0, "" if nothing; None if that cannot be told, as it stands in different places."""
+    values = segment.tags.get(tag, ())
+    said = {values[n * channel] if n * channel < len(values) else "" for n in strides}
+    return said.pop() if len(said) == 1 else None if any(values) else ""
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Channels, by their columns, that share a column of x and the moment from which it counts."""
+
+    xs: tuple[str, ...]
+    begun: datetime | None
+    members: tuple[int, ...]
+
+
+def _add(groups: list[_Group], own: _Group, file: _File) -> None:
+    """Add a channel to those with its x, or by itself. One with fewer readings ends earlier, and so does its x."""
+    for at, group in enumerate(groups):
+        same = all(a == b or not a or not b for a, b in zip(group.xs, own.xs, strict=True))
+        if same and _begin_together(group, own, file):
+            longest = tuple(a or b for a, b in zip(group.xs, own.xs, strict=True))
+            groups[at] = _Group(longest, group.begun, (*group.members, *own.members))
+            return
+    groups.append(own)
+
+
+# Times beyond this [s] are absolute; below they are counted from the segment's date and time, or from midnight.
+_ABSOLUTE = 1e9
+# What the beginnings of channels may differ by, as a share of a step of x.
+_TOGETHER = 0.1
+
+
+def _begin_together(a: _Group, b: _Group, file: _File) -> bool:
+    """Whether x counts from the same moment for both."""
+    numbers = [x for cell in a.xs[:2] if (x := parse_number(cell, file.decimal)) is not None]
+    if a.begun is None or b.begun is None or a.begun == b.begun or (numbers and numbers[0] > _ABSOLUTE):
+        return True
+    step = numbers[1] - numbers[0] if len(numbers) > 1 else 0.0
+    return abs((a.begun - b.begun).total_seconds()) <= _TOGETHER * step
+
+
 def _made(
     text: LabText, file: _File, segment: _Segment, cells: Mapping[int, Sequence[str]], n_channel: int, notes: list[str]
-) -> dict[tuple[str, ...], list[int]]:
+) -> list[_Group]:
     """Make x of its beginning and step, where the rows have none: for each that differs, its channels."""
     groups: dict[tuple[float, float], list[int]] = {}
     for k in range(n_channel):
-        said = [segment.tags.get(tag, ()) for tag in ("x0", "delta_x")]
-        first, step = (parse_number(values[k], file.decimal) if k < len(values) else None for values in said)
+        first, step = (parse_number(_said_of(segment, tag, (1,), k) or "", file.decimal) for tag in ("x0", "delta_x"))
         if first is None or step is None or step <= 0:
             raise _fault(text, f'channel "{segment.names[k + 1]}" has no X0 or no Delta_X, and the rows no time', segment.line)
         groups.setdefault((first, step), []).append(k + 1)
@@ -218,19 +266,18 @@ def _made(
     for first, step in groups:
         notes.append(f"time is made from X0 {first!r} and Delta_X {step!r}")
     n_row = len(cells)
-    return {
-        tuple(repr(first + step * i).replace(".", file.decimal) for i in range(n_row)): members
+    begun = _begun(segment, (1,), 0)
+    return [
+        _Group(tuple(repr(first + step * i).replace(".", file.decimal) for i in range(n_row)), begun, tuple(members))
         for (first, step), members in groups.items()
-    }
+    ]
 
 
-def _begun(segment: _Segment) -> datetime | None:
-    """Date and time of a segment, of its first channel."""
-    date, clock = (segment.tags.get(tag, ("",))[:1] for tag in ("date", "time"))
-    if not date or not clock:
-        return None
-    day = re.fullmatch(r"(\d{4})\D(\d{1,2})\D(\d{1,2})", date[0])
-    hour = re.fullmatch(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?", clock[0])
+def _begun(segment: _Segment, strides: Sequence[int], channel: int) -> datetime | None:
+    """Date and time from which x counts for a channel."""
+    date, clock = (_said_of(segment, tag, strides, channel) or "" for tag in ("date", "time"))
+    day = re.fullmatch(r"(\d{4})\D(\d{1,2})\D(\d{1,2})", date)
+    hour = re.fullmatch(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?", clock)
     if day is None or hour is None:
         return None
     try:
@@ -293,7 +340,7 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
     if file.absolute and table.names[0] == "Time":
         numbers = {i: parse_number(row[0], file.decimal) for i, row in rows.items()}
         first = next((x for x in numbers.values() if x is not None), None)
-        if first is not None and 0 < first < 2e10:
+        if first is not None and _ABSOLUTE < first < 2e10:
             begun = _EPOCH + timedelta(seconds=round(first, 3))
             for i, x in numbers.items():
                 if x is not None:
