@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import zip_longest
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import (
@@ -26,12 +27,15 @@ from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
+from calib.lab.instruments.side_clocks import of_one_clock
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import begins_at, below_header
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.vocabulary import understand, words
 
+# Lines of names and units above rows of results.
+_TITLES = 2
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
 
@@ -83,7 +87,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
-    above = _rows_above(sheet, reading)
+    above = _rows_above(sheet)
     if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     decided = _lines_that_decide(sheet, reading)
@@ -94,6 +98,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     sheet, side_notes = one_of_side_by_side(sheet, reading)
     if not side_notes:
         _check_nameless(whole_sheet, below.start, reading)
+    sheet = of_one_clock(sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
     _check_torn_decimals(whole)
     return replace(
@@ -252,14 +257,18 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
     raise InputError(no_header(text))
 
 
-def _by_specimen(sheet: Sheet, rows: Sequence[int]) -> bool:
-    """Whether rows are those of results, one a specimen: they begin with 1, 2, 3 and have fewer cells than the record."""
-    cells = [[c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c] for row in rows]
-    return [row[0] for row in cells] == [str(k + 1) for k in range(len(rows))] and len(cells[0]) < n_named(sheet)
+def _are_results(sheet: Sheet, rows: Sequence[int]) -> bool:
+    """Whether rows of numbers are those of results, one a specimen: too few for a record, or counted below a statistic's name."""
+    if len(rows) < FEW_ROWS:
+        return True
+    first = [next(c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c) for row in rows]
+    above = [line for line in sheet.text.lines[: rows[0] - 1] if line.strip()][-_TITLES:]
+    named = any(no_record(cell) for line in above for cell in split_line(line, sheet.delimiter))
+    return first == [str(k + 1) for k in range(len(rows))] and named
 
 
-def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
-    """The note on rows of numbers above the header, as of a table of results; many of them, or specimens, are refused."""
+def _rows_above(sheet: Sheet) -> tuple[str, ...]:
+    """The note on rows of numbers above the header, as of a table of results; what may be a record is refused."""
     rows = []
     for number, line in enumerate(sheet.prelude, 1):
         cells = [c for c in split_line(line, sheet.delimiter) if c]
@@ -267,7 +276,7 @@ def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
             rows.append(number)
     if not rows:
         return ()
-    if len(rows) >= FEW_ROWS or (reading.specimen is not None and not _by_specimen(sheet, rows)):
+    if not _are_results(sheet, rows):
         raise InputError(
             Fault(
                 f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none understood",

@@ -72,8 +72,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
             continue
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
-            if delimiter == " " and found is not None and found[0] != " ":
-                continue
+            if delimiter == " " and ((found is not None and found[0] != " " and best[0]) or text.typed):
+                continue  # cells of a workbook stand by themselves
             for cells in _header_cells(line, delimiter, text.lines[index + 1 : index + _ROWS_SEEN]):
                 if len(cells) > _WIDEST or not any(cells):
                     continue
@@ -155,6 +155,11 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
         if delimiter in line:
             yield _with_row_names(_whole_brackets(split_line(line, delimiter), delimiter, below), delimiter, below)
         return
+    for other in DELIMITERS[:-1]:
+        # Names between commas, above rows between blanks.
+        cells = split_line(line.strip(), other)
+        if len(cells) > 1 and _are_as_wide(below, len(cells), other):
+            yield cells
     if line.count('"') >= 4:
         # As R writes tables: names in quotes, blanks between them.
         yield [a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', line)]
@@ -162,6 +167,12 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
         yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
     # A unit in brackets belongs to the name before it.
     yield re.findall(r"[^\s()\[\]]+(?:\s?[(\[][^()\[\]]*[)\]])?", line)
+
+
+def _are_as_wide(lines: Sequence[str], width: int, mark: str) -> bool:
+    """Whether lines are rows of numbers between blanks, as many in each, without a mark that stands between the names."""
+    rows = [line.split() for line in lines if line.strip()]
+    return bool(rows) and not any(mark in line for line in lines) and all(len(r) == width and is_numeric(r[0]) for r in rows)
 
 
 def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:

@@ -12,6 +12,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
 from calib.lab.instruments.unit_choice import unit_of_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import Heading, as_a_record, why_unread, words
@@ -382,7 +383,8 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
             continue
         without = Choice("columns", ("none",), "capacitance")
         message = f'"{sheet.names[asked]}" and "{sheet.names[index]}" are two clocks: what was read at the one is open'
-        advice = f"Leave out what was not: {without}, or save the records of two instruments as two files"
+        press = " ".join(str(Choice("columns", ("none",), q)) for q in ("displacement", "force"))
+        advice = f"Leave out what was not: {without}, or {press}; or save the records of two instruments as two files"
         return Remarks(
             faults=(Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=without),)
         )
@@ -398,7 +400,10 @@ def _choice_of(
     all_of = [best, *rivals]
     choice = Choice("columns", tuple(sheet.name_for_asking(c.index) for c in all_of), quantity)
     advice = f"Say which one is meant: {choice}"
-    if quantity == "time" and _of_two_instruments(sheet):
+    blocks = blocks_of_clocks(sheet, sheet.columns) if quantity == "time" else ()
+    if blocks:
+        advice, choice = choice_of_clock(sheet, blocks)
+    elif quantity == "time" and _of_two_instruments(sheet):
         advice = (
             "Save the records of two instruments as two files, or leave out what was not read at the time that is meant: "
             f"--columns capacitance=none, and {advice[0].lower()}{advice[1:]}"

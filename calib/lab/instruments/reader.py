@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
 from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
+from calib.lab.instruments.lines import FEW_ROWS
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import CellTypes, Part
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
@@ -102,6 +106,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
             faults[part] = error
     # A part that is a record but for its faults is one too: it must not be passed over for another.
     records = [part for part in parts if part in read or (part.text is not None and _is_record(part.text, reading))]
+    n_row = {part: len(read[part].lines) if part in read else _n_rows(part) for part in records}
+    few = {part: f"{n} row(s), too few for a record" for part, n in n_row.items() if n < FEW_ROWS <= max(n_row.values())}
+    records = [part for part in records if part not in few]
     chosen = [part for part in records if not part.hidden] or records
     if len(chosen) > 1:
         listed = "; ".join(f"{part.name} ({_shown(read.get(part), faults.get(part))})" for part in chosen)
@@ -115,7 +122,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         if own in faults:
             raise faults[own]
         why = {
-            part.title: "it is hidden" if part in records else _why(part, faults.get(part)) for part in parts if part is not own
+            part.title: "it is hidden" if part in records else few.get(part) or _why(part, faults.get(part))
+            for part in parts
+            if part is not own
         }
         return _with_unread(read[own], own, why)
     listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
@@ -164,6 +173,13 @@ def _is_record(text: LabText, reading: Reading) -> bool:
         return False
     quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
     return bool({"force", "displacement"} <= quantities or {"capacitance", "capacitance_series"} & quantities)
+
+
+def _n_rows(part: Part) -> int:
+    """The lines of a part that hold two numbers or more."""
+    lines = part.text.lines if part.text is not None else ()
+    cells = (re.split(r"[\t;,|]| +", line) for line in lines)
+    return sum(sum(is_numeric(c) or is_clock(c) for c in row) > 1 for row in cells)
 
 
 def _shown(table: LabTable | None, error: InputError | None) -> str:

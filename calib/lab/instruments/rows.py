@@ -14,6 +14,7 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
+from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
@@ -67,7 +68,10 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    wide = shifted_rows(sheet, table) | _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
+    moved = _beyond_the_names(sheet, table) | _without_an_end(sheet, table)
+    results = _of_results(table)
+    sound = rows_going_on(sheet, table, moved, whole=True) | rows_going_on(sheet, table, results, whole=False)
+    wide = shifted_rows(sheet, table) | {r: why for r, why in (moved | results).items() if r not in sound}
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -85,12 +89,18 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
 
 
 def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:
-    """Rows with a cell behind the last named column where most have none: their cells may stand one place too far."""
+    """Rows with a cell behind the last named column where most have none: their cells may stand one place too far.
+
+    Behind an empty cell it is a note beside the table, in whose columns nothing is missing.
+    """
     found: dict[int, str] = {}
-    for column in table.columns[n_named(sheet) :]:
+    n = n_named(sheet)
+    for k, column in enumerate(table.columns[n:]):
         if not any(map(str.strip, set(column))):
             continue
         rows = [r for r, cell in enumerate(column) if cell.strip()]
+        if k and len(rows) <= _SHARE_BEYOND * len(column):
+            rows = [r for r in rows if not all(c[r].strip() for c in table.columns[:n])]
         if len(rows) <= _SHARE_BEYOND * len(column):
             found |= dict.fromkeys(rows, "more cells than the header has names")
     return found
@@ -98,7 +108,7 @@ def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:
 
 def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
     """Rows without a cell in the last column with a name, where nearly all have one: theirs may stand one place too near."""
-    n = n_named(sheet)
+    n = max((i + 1 for i, name in enumerate(sheet.names) if name and i not in sheet.set_aside), default=0)
     column = table.columns[n - 1] if n else []
     if not 0 < column.count("") <= _SHARE_OPEN * len(column):
         return {}

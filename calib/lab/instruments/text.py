@@ -136,7 +136,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if '="' in text:
         text, n_cell = _AS_FORMULA.subn(lambda found: f'"{found[1] or found[2] or ""}"', text)
         if n_cell:
-            notes.append(f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken')
+            notes.append(
+                f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
+            )
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
@@ -146,7 +148,7 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
 def _unquoted(lines: list[str]) -> list[str]:
     """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own."""
     found: list[str] = []
-    n_whole = 0
+    n_whole, n_named = 0, 0
     for line in lines:
         match = _QUOTED_LINE.fullmatch(line)
         inside = match[1].replace('""', '"') if match is not None else line
@@ -155,12 +157,13 @@ def _unquoted(lines: list[str]) -> list[str]:
             found.append(line)  # a title, or nothing
         elif whole:
             n_whole += 1
+            n_named += not is_numeric(re.split(r"[,;\t]", inside)[0].strip(' "'))
             found.append(inside)
         else:
             return []
     # "0,5" alone in each line is a number.
     several = sum(len(re.findall(r"[,;\t]", line)) > 1 or "." in line for line in found if line)
-    return found if n_whole > 1 and 2 * several > n_whole else []
+    return found if n_whole > 1 and n_named and 2 * several > n_whole else []
 
 
 def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:

@@ -81,6 +81,8 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
         elif _falls_after(cells, later, time):
             unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
+        elif units_line is not None and units_line == lines[place - 1] + 1 and _comments(cells, names, units):
+            unread.append(Unread(f"line {index + 1}", f'comments on the columns, "{shown}"'))
         elif _titles(cells, names) and delimiter != " ":
             if strict:
                 message = f'"{shown}" stands below the header of line {header + 1} like another header'
@@ -187,6 +189,20 @@ def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> b
     decimals = [[bool(re.search(r"[.,]\d|[eE]", c)) for c in row] for row in rows]
     always = sum(map(all, zip(*decimals, strict=False)))
     return always > 1 or min(map(sum, decimals)) * 2 >= len([c for c in cells if c])
+
+
+def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) -> bool:
+    """Whether a row below the units, as Origin has one, says of columns what leaves them as they are, and names none anew."""
+    if len(cells) != len(names) or not any(c.strip() for c in cells):
+        return False
+    for cell, name, unit in zip(cells, names, units, strict=True):
+        if not cell.strip():
+            continue
+        own, above = understand(cell), understand(name, unit)
+        renamed = own is not None and (above is None or own.quantity != above.quantity)
+        if renamed or _is_reading(cell) or begins_with_unit(cell) or unit_cell(f"({unit or '-'}) {cell}") is None:
+            return False
+    return True
 
 
 def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:

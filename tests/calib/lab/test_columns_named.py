@@ -266,9 +266,13 @@ def test_two_clocks_are_a_choice(tmp_path: Path) -> None:
     late = cells(2.0 * TIME, 2)
     columns = [*TESTER, ("LCR time (s)", late), ("Cp (pF)", C)]
     assert "may be the time" in str(refused(tmp_path, columns))
-    assert "two clocks" in str(refused(tmp_path, columns, columns={"time": "Time (s)"}))
-    table = read(tmp_path, columns, columns={"time": "Time (s)", "capacitance": "none"})
-    assert set(table.columns) == {"time", "displacement", "force"}
+    for more in ({}, {"capacitance": "none"}):
+        table = read(tmp_path, columns, columns={"time": "Time (s)", **more})
+        assert set(table.columns) == {"time", "displacement", "force"}
+    table = read(tmp_path, columns, columns={"time": "LCR time (s)"})
+    assert set(table.columns) == {"time", "capacitance"}
+    last = [*columns[:3], columns[4], columns[3]]
+    assert "two clocks" in str(refused(tmp_path, last, columns={"time": "Time (s)"}))
 
 
 @pytest.mark.parametrize(

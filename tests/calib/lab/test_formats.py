@@ -722,7 +722,9 @@ def _of_three(tags: dict[str, str], names: Sequence[str] = NAMES_OF_THREE) -> st
     """A segment of three channels with a column of x each, whose header has these lines for its tags."""
     rows = [_row(t, x, t, 0.3, t, f) for t, x, f in ROWS]
     text = lvm(rows, names=names, units=("", "", ""), x_columns="Multi")
-    lines = [line for line in text.split("\r\n") if line.partition("\t")[0] not in ("Samples", "Date", "Y_Unit_Label", "X_Dimension")]
+    lines = [
+        line for line in text.split("\r\n") if line.partition("\t")[0] not in ("Samples", "Date", "Y_Unit_Label", "X_Dimension")
+    ]
     lines = [line for line in lines if not line.startswith("Time\t") or line.count("\t") == 1]
     at = lines.index("Channels\t3")
     return "\r\n".join([*lines[: at + 1], *(f"{tag}\t{values}" for tag, values in tags.items()), *lines[at + 1 :]])

@@ -183,10 +183,7 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
                 [dimension, *(names[member] for member in (*members, *comment))],
                 ["s" if dimension == "Time" else "", *own, *("" for _ in comment)],
                 segment.line,
-                {
-                    i: [x, *(row[m] for m in (*members, *comment))]
-                    for x, (i, row) in zip(group.xs, cells.items(), strict=True)
-                },
+                {i: [x, *(row[m] for m in (*members, *comment))] for x, (i, row) in zip(group.xs, cells.items(), strict=True)},
                 group.begun,
                 tuple(notes),
             )

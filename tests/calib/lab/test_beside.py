@@ -1,0 +1,302 @@
+"""What stands beside, above and between the columns of a record, and must neither take rows from it nor give it other times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 120
+TIME = np.round(np.arange(N) * 0.1, 6)
+DEPTH = np.round(np.minimum(TIME, TIME[-1] - TIME) * 0.16, 4)  # [mm]
+FORCE = np.round(0.0013 * np.sin(29.0 * np.arange(N)) + 4.7 * np.maximum(DEPTH - 0.1, 0) ** 1.5, 4)  # [N]
+ROWS: list[list[Any]] = [list(map(float, row)) for row in zip(TIME, DEPTH, FORCE, strict=True)]
+NAMES = ["Time (s)", "Displacement (mm)", "Force (N)"]
+PEAK = int(np.argmax(FORCE))
+
+
+def as_csv(path: Path, rows: Sequence[Sequence[Any]], mark: str = ",") -> Path:
+    path.write_text("".join(mark.join("" if c is None else str(c) for c in row) + "\n" for row in rows))
+    return path
+
+
+def as_book(path: Path, sheets: dict[str, Sequence[Sequence[Any]]]) -> Path:
+    book = openpyxl.Workbook()
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(list(row))
+    del book[book.sheetnames[0]]
+    book.save(path)
+    return path
+
+
+def refusal(path: Path, **said: Any) -> str:
+    with pytest.raises(InputError) as refused:
+        read_lab_file(path, Reading(**said))
+    return str(refused.value)
+
+
+def assert_press(table: LabTable, rows: slice = slice(None)) -> None:
+    """All rows of the press are there and usable."""
+    np.testing.assert_allclose(table.columns["time"][rows], TIME, atol=1e-9)
+    np.testing.assert_allclose(table.columns["displacement"][rows], DEPTH * 1e-3, atol=1e-12)
+    np.testing.assert_allclose(table.columns["force"][rows], FORCE, atol=1e-12)
+    assert not any(table.reasons[rows])
+
+
+# --- remarks and results beside the rows -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("word", ["max", "max reached", "Max force", "peak max", "mean over 5?", "Total", "Maximum"])
+@pytest.mark.parametrize("apart", [0, 1, 3])
+@pytest.mark.parametrize("at", [PEAK, 0, 7, N - 1])
+def test_a_remark_with_a_word_of_results_takes_no_row_that_goes_on(tmp_path: Path, word: str, apart: int, at: int) -> None:
+    rows = [[*row, *[None] * apart, word if r == at else None] for r, row in enumerate(ROWS)]
+    header = [*NAMES, *[None] * apart, "Remark"]
+    assert_press(read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [header, *rows]})))
+    assert_press(read_lab_file(as_csv(tmp_path / "a.csv", [header, *rows])))
+
+
+@pytest.mark.parametrize("time", [np.mean(TIME), TIME[-1], None, 0.0])
+def test_rows_of_results_are_none_that_go_on(tmp_path: Path, time: float | None) -> None:
+    """With their label in a column of remarks, below the rows or above them."""
+    result = [time, float(DEPTH.max()), float(FORCE.max()), "Max"]
+    rows = [[*row, "ok" if r == 5 else None] for r, row in enumerate(ROWS)]
+    below = read_lab_file(as_csv(tmp_path / "a.csv", [[*NAMES, "Remark"], *rows, result]))
+    assert_press(below, slice(N))
+    assert all(below.reasons[N:])
+    above = read_lab_file(as_csv(tmp_path / "b.csv", [[*NAMES, "Remark"], result, *rows]))
+    assert_press(above, slice(-N, None))
+    assert all(above.reasons[:-N])
+
+
+def test_a_summary_beside_the_table_takes_no_row(tmp_path: Path) -> None:
+    summary = {40: ("Max force", 4.0), 41: ("Max travel", 0.95), 42: ("Slope", 4.1), 43: ("n", 120), 44: ("Mean", 1.9)}
+    rows = [[*row, None, None, *summary.get(r, ())] for r, row in enumerate(ROWS)]
+    table = read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [NAMES, *rows]}))
+    assert_press(table)
+    assert {f"column {k}" for k in (6, 7)} <= {part.what for part in table.unread if part.reason == "without a name"}
+
+
+def test_a_word_right_behind_the_last_named_column_takes_no_row_that_goes_on(tmp_path: Path) -> None:
+    rows = [[*row, "touch" if r == 9 else None] for r, row in enumerate(ROWS)]
+    assert_press(read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [NAMES, *rows]})))
+
+
+def test_a_row_with_a_cell_too_many_is_left_out_as_before(tmp_path: Path) -> None:
+    rows = [list(row) for row in ROWS]
+    rows[30].insert(1, 77.7)
+    table = read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [NAMES, *rows]}))
+    assert table.reasons[30] == "more cells than the header has names"
+    assert not any(table.reasons[:30] + table.reasons[31:])
+
+
+def test_a_column_that_is_filled_in_most_rows_takes_none_that_goes_on(tmp_path: Path) -> None:
+    rows = [[*row, None if r % 5 == 2 else 21.4] for r, row in enumerate(ROWS)]
+    assert_press(read_lab_file(as_csv(tmp_path / "a.csv", [[*NAMES, "T (°C)"], *rows])))
+
+
+# --- two clocks side by side -----------------------------------------------------------------------------------------------
+
+LATE = np.round(0.35 + 0.16 * np.arange(75), 4)
+CP = np.round(97.0 + 2.0 * np.interp(LATE, TIME, FORCE) / 4.0, 4)
+
+
+def two_clocks(n: int = 75, *, gap: bool = True, names: tuple[str, str] = ("Time (s)", "Time (s)")) -> list[list[Any]]:
+    """A press, and beside it a log of capacitance with its own times, of n rows."""
+    late, cp = (LATE, CP) if n == 75 else (np.round(0.35 + 0.09 * np.arange(n), 4), np.round(97.0 + 0.01 * np.arange(n), 4))
+    between = [None] if gap else []
+    rows: list[list[Any]] = [[names[0], "Extension (mm)", "Load (N)", *between, names[1], "Cp (pF)"]]
+    for r in range(N):
+        rows.append([*ROWS[r], *between, *((float(late[r]), float(cp[r])) if r < n else (None, None))])
+    return rows
+
+
+@pytest.mark.parametrize("gap", [True, False])
+@pytest.mark.parametrize("n", [75, N])
+@pytest.mark.parametrize("names", [("Time (s)", "Time (s)"), ("Time (s)", "LCR time (s)")])
+def test_a_time_is_read_with_the_columns_of_its_block_alone(tmp_path: Path, gap: bool, n: int, names: tuple[str, str]) -> None:
+    path = as_book(tmp_path / "a.xlsx", {"Data": two_clocks(n, gap=gap, names=names)})
+    last = 5 if gap else 4
+    said = refusal(path)
+    assert f'--columns time=1 to read "Extension (mm)", "Load (N)", --columns time={last} to read "Cp (pF)"' in said
+    for more in ({}, {"capacitance": "none"}):
+        table = read_lab_file(path, Reading(columns={"time": "1", **more}))
+        assert set(table.columns) == {"time", "displacement", "force"}
+        assert_press(table)
+    table = read_lab_file(path, Reading(columns={"time": str(last)}))
+    assert set(table.columns) == {"time", "capacitance"}
+    assert len(table.lines) == n
+    assert not any(table.reasons)
+    assert "left out" in refusal(path, columns={"time": str(last), "capacitance": "none"})
+    assert "are times that differ" in refusal(path, columns={"time": "none"})
+    assert "time=1 to read" in refusal(path, columns={"capacitance": "none"})
+
+
+def test_columns_of_another_block_are_not_read_at_a_time_though_they_are_named(tmp_path: Path) -> None:
+    path = as_csv(tmp_path / "a.csv", two_clocks())
+    said = refusal(path, columns={"time": "5", "displacement": "2", "force": "3"})
+    assert "stands with the time in column 1" in said
+
+
+def test_blocks_whose_times_agree_are_one_record(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [["Time (s)", "Extension (mm)", "Load (N)", None, "Time (s)", "Cp (pF)"]]
+    rows += [[*row, None, row[0], 97.0 + row[2]] for row in ROWS]
+    table = read_lab_file(as_csv(tmp_path / "a.csv", rows))
+    assert set(table.columns) == {"time", "displacement", "force", "capacitance"}
+    assert_press(table)
+    asked = read_lab_file(tmp_path / "a.csv", Reading(columns={"time": "5", "displacement": "2", "force": "3"}))
+    assert_press(asked)
+
+
+def test_the_test_time_beside_the_total_time_is_no_block(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [
+        ["Total Time (s)", "Time (s)", "Extension (mm)", "Load (N)"],
+        *([row[0] + 9.5, *row] for row in ROWS),
+    ]
+    path = as_csv(tmp_path / "a.csv", rows)
+    assert_press(read_lab_file(path, Reading(columns={"time": "Time (s)"})))
+
+
+# --- results and sheets beside a record ------------------------------------------------------------------------------------
+
+
+def _specimens(n_result: int, *, named: bool = True) -> list[list[Any]]:
+    above: list[list[Any]] = [["Results Table 1"]]
+    above += [["", "Maximum Load", "Extension at Maximum Load"], ["", "(N)", "(mm)"]] if named else []
+    above += [[k + 1, 3.9 + 0.01 * k, 0.9] for k in range(n_result)]
+    blocks: list[list[Any]] = []
+    for k in (1, 2):
+        blocks += [[], [f'"Specimen {k}"'], ["Time", "Extension", "Load"], ["(s)", "(mm)", "(N)"]]
+        blocks += [[row[0], row[1], k * row[2]] for row in ROWS]
+    return [*above, *blocks]
+
+
+@pytest.mark.parametrize("n", [1, 2, 14])
+def test_a_table_of_results_above_specimens_is_named_as_not_read(tmp_path: Path, n: int) -> None:
+    path = as_csv(tmp_path / "a.csv", _specimens(n))
+    assert "--specimen 1 to --specimen 2" in refusal(path)
+    table = read_lab_file(path, Reading(specimen=2))
+    np.testing.assert_allclose(table.columns["force"], 2 * FORCE, atol=1e-9)
+    assert any('beginning "Results Table 1"' in part.reason for part in table.unread)
+
+
+def test_many_rows_of_numbers_under_no_names_above_a_header_are_refused_still(tmp_path: Path) -> None:
+    assert "under none understood" in refusal(as_csv(tmp_path / "a.csv", _specimens(14, named=False)), specimen=2)
+
+
+@pytest.mark.parametrize("header", [["Specimen", "Max force (N)", "Max displacement (mm)"], ["No", "Force (N)", "Travel (mm)"]])
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_sheet_of_results_is_no_record_to_choose_from(tmp_path: Path, header: list[str], n: int) -> None:
+    results = [header, *([k + 1, 4.0 + 0.1 * k, 0.95] for k in range(n))]
+    table = read_lab_file(as_book(tmp_path / "a.xlsx", {"Results": results, "Raw data": [NAMES, *ROWS]}))
+    assert_press(table)
+    assert any('sheet "Results"' in part.what for part in table.unread)
+
+
+def test_two_sheets_of_many_rows_are_a_choice_still(tmp_path: Path) -> None:
+    path = as_book(tmp_path / "a.xlsx", {"A": [NAMES, *ROWS], "B": [NAMES, *ROWS[:12]]})
+    assert "--sheet A or --sheet B" in refusal(path)
+
+
+# --- lines as spreadsheet programs and scripts write them ------------------------------------------------------------------
+
+
+def _lines(mark: str = ",") -> list[str]:
+    return [mark.join(NAMES), *(mark.join(map(str, row)) for row in ROWS)]
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("title", ["", "Press 4\n\n"])
+def test_lines_that_stand_in_quotes_as_a_whole_are_read_with_a_note(tmp_path: Path, mark: str, title: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(title + "".join(f'"{line}"\n' for line in _lines(mark)))
+    table = read_lab_file(path)
+    assert_press(table)
+    assert any("in quotes as a whole" in note for note in table.notes)
+
+
+def test_quoted_lines_of_quoted_cells_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    cells = [",".join(f'""{cell}""' for cell in line.split(",")) for line in _lines()]
+    path.write_text("".join(f'"{line}"\n' for line in cells))
+    assert_press(read_lab_file(path))
+
+
+def test_one_line_in_quotes_among_others_is_no_row(tmp_path: Path) -> None:
+    lines = _lines()
+    lines[50] = f'"{lines[50]}"'
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(lines) + "\n")
+    try:
+        table = read_lab_file(path)
+    except InputError:
+        return
+    assert table.reasons[49] or len(table.lines) == N - 1
+
+
+@pytest.mark.parametrize("form", ['="{}"', '"=""{}"""'])
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_cells_written_as_formulas_of_a_spreadsheet_are_read_with_a_note(tmp_path: Path, form: str, mark: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("".join(mark.join(form.format(c) for c in line.split(mark)) + "\n" for line in _lines(mark)))
+    table = read_lab_file(path)
+    assert_press(table)
+    assert any(f"{3 * N + 3} cells are written as formulas" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp1250", "cp1251"])
+def test_a_byte_order_mark_that_was_encoded_twice_is_none_of_the_name(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\xef\xbb\xbf".decode(encoding).encode() + ("\n".join(_lines()) + "\n").encode())
+    assert_press(read_lab_file(path))
+
+
+def test_a_text_that_was_encoded_twice_is_read_as_it_was_written(tmp_path: Path) -> None:
+    text = "".join(
+        f"{line}\n" for line in [NAMES[0] + ",Displacement (µm),Force (N)", *(f"{t},{1000 * x:.1f},{f}" for t, x, f in ROWS)]
+    )
+    path = tmp_path / "a.csv"
+    path.write_bytes(text.encode("utf-8-sig").decode("cp1252").encode())
+    assert_press(read_lab_file(path))
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "% Time [s], Displ [mm], Force [N]",
+        "# time/s; displ/mm; F/N",
+        "# time/s   displ/mm   force/N",
+        "Time (s),LVDT (mm),Load (N)",
+    ],
+)
+def test_names_between_commas_above_rows_between_blanks_are_read(tmp_path: Path, above: str) -> None:
+    path = tmp_path / "a.dat"
+    path.write_text("\n".join([above, *(f"{t:.3f} {x:10.4f} {f:10.4f}" for t, x, f in ROWS)]) + "\n")
+    assert_press(read_lab_file(path))
+
+
+@pytest.mark.parametrize("comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell"])
+def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str) -> None:
+    path = tmp_path / "a.dat"
+    rows = ["\t".join(map(str, row)) for row in ROWS]
+    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments, *rows]) + "\n")
+    table = read_lab_file(path)
+    assert_press(table)
+    assert any("comments on the columns" in part.reason for part in table.unread)
+
+
+@pytest.mark.parametrize("comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN"])
+def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Path, comments: str) -> None:
+    path = tmp_path / "a.dat"
+    rows = ["\t".join(map(str, row)) for row in ROWS]
+    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments, *rows]) + "\n")
+    assert "stands below the header" in refusal(path)
