@@ -238,14 +238,16 @@ def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
     InputError
         If one is of another form, or names a quantity twice or one that there is not.
     """
-    from calib.lab import QUANTITIES
+    from calib.lab import QUANTITIES, no_such_quantity
 
     found: dict[str, str] = {}
     for text in given or ():
         quantity, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not value or quantity not in QUANTITIES:
+        if not equals or not quantity or not value:
             message = f'{option} "{text}" is not of the form quantity=value'
             raise InputError(Fault(message, advice=f"The quantities are {', '.join(QUANTITIES)}"))
+        if quantity not in QUANTITIES:
+            raise InputError(Fault(f'{option} "{text}": {no_such_quantity(quantity)}'))
         if quantity in found:
             raise InputError(Fault(f"{option} is given twice for {quantity}"))
         found[quantity] = value

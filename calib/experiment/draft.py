@@ -140,12 +140,21 @@ def _press(press: Press, folder: Path) -> list[str]:
         lines += _file("force", force, folder)
     if capacitance is not None:
         lines += _entry("capacitance", capacitance, folder) if same else _file("capacitance", capacitance, folder)
+        if press.asked and MARK not in lines[-1]:
+            lines[-1] += f"   {MARK} {press.asked}"
+    lines += _candidates(press, folder)
     if force is None and capacitance is not None and not {"force", "displacement"} & set(capacitance.table.columns):
         lines.append(f'# force = "..."   {MARK} the force file of the same press; nothing ties this capacitance to a depth')
     uses = [record.use for record in (force, capacitance) if record is not None and record.use != FIRST_LOADING]
     if uses:
         lines.append(f"use = {{ {', '.join(use_words(uses[0]))} }}")
     return lines
+
+
+def _candidates(press: Press, folder: Path) -> list[str]:
+    """The lines to decide on for records of capacitance that may be of a press, and of which none was taken."""
+    task = "if this is of the same press, take out the first # and this mark, and its own block below; else the line"
+    return [f"# capacitance = {_value(record, record.reading, folder)}   {MARK} {task}" for record in press.candidates]
 
 
 def _file(key: str, record: Found, folder: Path) -> list[str]:

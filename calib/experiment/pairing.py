@@ -16,6 +16,9 @@ from calib.experiment.presses import Named, Press, Pressed, named, specimens_of
 #: Two records of one press begin within this time [s] of each other.
 TOGETHER = 600.0
 
+#: Two records that begin further apart than this [s] are of one press only if the user says so.
+FAR_APART = 3600.0
+
 #: Two records of one press differ in length by less than this factor, or it is noted.
 AS_LONG = 2.0
 
@@ -49,14 +52,20 @@ def pair(records: Sequence[Found]) -> list[Pressed]:
         doubt = ", but their names differ: check" if _contradict(tester[i], lcr[j]) else ""
         partner[i], why[i] = j, f"paired by time: the records began {_apart(tester[i], lcr[j]):.0f} s apart{doubt}"
     presses = [Press(r, r) for r in both]
+    free = [c.record for j, c in enumerate(lcr) if j not in partner.values()]
     for i, t in enumerate(tester):
         if i in partner:
             other = lcr[partner[i]]
-            presses.append(Press(t.record, other.record, why[i], _doubts(t, other)))
+            presses.append(Press(t.record, other.record, why[i], _doubts(t, other), asked=_asked(t, other)))
         else:
-            presses.append(Press(t.record, None, notes=_alone(t, tester, lcr)))
-    presses += [Press(None, c.record, notes=_alone(c, lcr, tester)) for j, c in enumerate(lcr) if j not in partner.values()]
+            presses.append(Press(t.record, None, notes=_alone(t, tester, lcr), candidates=_candidates(t, lcr, free)))
+    presses += [Press(None, c.record, notes=_alone(c, lcr, tester)) for c in lcr if c.record in free]
     return specimens_of(presses)
+
+
+def _candidates(record: Named, others: Sequence[Named], free: Sequence[Found]) -> tuple[Found, ...]:
+    """Records of the other instrument that are of no other press, and whose names are like its own and do not contradict it."""
+    return tuple(o.record for o in others if o.record in free and _alike(record, o) and not _contradict(record, o))
 
 
 def _by_name(tester: Sequence[Named], lcr: Sequence[Named]) -> tuple[dict[int, int], dict[int, str]]:
@@ -159,6 +168,14 @@ def _doubts(force: Named, capacitance: Named) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _asked(force: Named, capacitance: Named) -> str:
+    """What the user has to say of two records that began far apart by their clocks."""
+    apart = _apart(force, capacitance)
+    if apart is None or apart <= FAR_APART:
+        return ""
+    return f"the two began {apart / 3600:.1f} h apart by their clocks; remove this mark if they are of one press, else the line"
+
+
 def _duration(record: Found) -> float:
     """Time [s] from the first row to the last; 0 if it is not known."""
     time = record.table.columns.get("time", np.empty(0))
@@ -168,16 +185,20 @@ def _duration(record: Found) -> float:
 
 def _alone(record: Named, own: Sequence[Named], others: Sequence[Named]) -> tuple[str, ...]:
     """Why a record has no partner although names are alike."""
-    like, rivals = ([o.record.shown for o in side if o is not record and _alike(record, o)] for side in (others, own))
+    like = [o for o in others if _alike(record, o)]
     if not like:
         return ()
     if len(like) > 1:
-        return (f"not paired, as {first_of(like)} fit it alike",)
+        return (f"not paired, as {first_of([o.record.shown for o in like])} fit it alike",)
+    partner = like[0].record.shown
+    rivals = [o.record.shown for o in own if o is not record and (_alike(record, o) or _alike(like[0], o))]
     if rivals:
-        return (f"not paired, as {like[0]} fits {first_of(rivals)} as well",)
-    return (f"not paired with {like[0]}, as their numbers differ",)
+        return (f"not paired, as {partner} fits {first_of(rivals)} as well",)
+    return (f"not paired with {partner}, as their numbers differ",)
 
 
 def _alike(a: Named, b: Named) -> bool:
-    """Whether two names agree, wholly or but for which press of the specimen it is."""
-    return any(key(a) and key(a) == key(b) for key in _KEYS) or (a.base != () and a.base == b.base)
+    """Whether two names agree, wholly, but for which press of the specimen it is, or but for words that one has more."""
+    if any(key(a) and key(a) == key(b) for key in _KEYS) or (a.base != () and a.base == b.base):
+        return True
+    return _has_more_words(a, b)

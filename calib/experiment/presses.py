@@ -35,6 +35,8 @@ class Press:
     ball : whether that speaks of a ball, which may differ from the others'.
     perhaps : what in the name of the only press of a specimen may tell its ball, where other names tell others: "r5"; "" else.
     radius : of the ball [mm], as the file names tell it; "" if they do not.
+    candidates : records of capacitance that may be of it, of which none was taken.
+    asked : what the user has to say before its records hold for one press; "" if there is nothing.
     """
 
     force: Found | None
@@ -45,6 +47,8 @@ class Press:
     ball: bool = False
     perhaps: str = ""
     radius: str = ""
+    candidates: tuple[Found, ...] = ()
+    asked: str = ""
 
     @property
     def in_words(self) -> str:

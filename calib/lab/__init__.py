@@ -1,7 +1,16 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
 from calib.lab.evidence import SIGNED
-from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, Unread, read_lab_file
+from calib.lab.instruments import (
+    AS_FOUND,
+    QUANTITIES,
+    LabTable,
+    Reading,
+    SeveralSpecimens,
+    Unread,
+    no_such_quantity,
+    read_lab_file,
+)
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, read_press, readings_of
@@ -39,6 +48,7 @@ __all__ = [
     "level_before_contact",
     "make_sweep",
     "measure_unloading",
+    "no_such_quantity",
     "nothing_used",
     "number_text",
     "observe",

@@ -4,7 +4,7 @@ from calib.lab.instruments.brackets import says_sense
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading, Unread
-from calib.lab.instruments.reader import QUANTITIES, read_lab_file
+from calib.lab.instruments.reader import QUANTITIES, no_such_quantity, read_lab_file
 from calib.lab.instruments.sheet import SeveralSpecimens
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "Reading",
     "SeveralSpecimens",
     "Unread",
+    "no_such_quantity",
     "read_lab_file",
     "says_sense",
 ]

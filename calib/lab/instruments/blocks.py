@@ -27,14 +27,14 @@ from calib.lab.instruments.lines import (
 )
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.quotes import check_quotes
-from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
+from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.vocabulary import understand
 
 
-def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> Table:
+def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading) -> Table:
     """Find the rows of one record, line by line, where several blocks, specimens or lines of text stand below the header.
 
     Parameters
@@ -43,7 +43,6 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
     start : index of the first line below its header and units.
     keys : columns that are understood, by index.
     reading : what the user says of the file.
-    has_side_by_side : whether the specimen was already chosen among columns.
 
     Raises
     ------
@@ -64,7 +63,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
                 advice="Export the raw data too",
             )
         )
-    kept, block_notes = _one_specimen(sheet, blocks, rows, reading, has_side_by_side=has_side_by_side)
+    kept, block_notes, specimens = _one_specimen(sheet, blocks, rows, reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
     unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
     width = len(sheet.names)
@@ -76,7 +75,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
     own = next(b for b in blocks if b.rows[0] in kept)
     units = own.units if own.units is not None and own.units_line != sheet.units_line else None
     notes = (*block_notes, *more)
-    return Table(tuple(zip(*full, strict=True)), lines, notes, tuple(unread), short, units, own.units_line)
+    return Table(tuple(zip(*full, strict=True)), lines, notes, tuple(unread), short, units, own.units_line, specimens)
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
@@ -196,7 +195,7 @@ def _is_remark(line: str) -> bool:
     status = _STATUS.fullmatch(line.strip().strip(",;\t"))
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return is_comment(line) and not _SPECIMEN.search(line)
+    return is_comment(line) and not SPECIMEN.search(line)
 
 
 def _of_scale(text: LabText, at: int) -> Fault:
@@ -247,7 +246,8 @@ def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> 
     return [f"a table of {n} row(s) from line {line} on left out"]
 
 
-_SPECIMEN = re.compile(
+#: Words by which a line or a name speaks of a specimen.
+SPECIMEN = re.compile(
     r"specimen|sample|test ?piece|probe\b|prüfling|prüfkörper|éprouvette|échantillon|probeta|muestra|试样|試験片|サンプル", re.I
 )
 
@@ -260,7 +260,7 @@ def _numbered(header: Sequence[str]) -> str:
 def _label(sheet: Sheet, header: int) -> str:
     """The nearest line above a header that names a specimen, within eight lines."""
     for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
-        if _SPECIMEN.search(line):
+        if SPECIMEN.search(line):
             return re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()[:60]
     return ""
 
@@ -270,18 +270,14 @@ def _one_specimen(
     blocks: list[_Block],
     rows: list[list[str]],
     reading: Reading,
-    *,
-    has_side_by_side: bool,
-) -> tuple[list[int], list[str]]:
-    """Rows of the specimen asked for: all blocks if the record only repeats its header, one of them if each is a specimen."""
+) -> tuple[list[int], list[str], int]:
+    """Rows of the specimen asked for, and how many there are: all blocks if the record only repeats its header, else one."""
     if len(blocks) == 1:
-        if reading.specimen not in (None, 1) and not has_side_by_side:
-            raise InputError(no_such_specimen(sheet, reading))
-        return blocks[0].rows, []
+        return blocks[0].rows, [], 1
     if _time_goes_on(sheet, blocks, rows):
         _check_same_units(sheet, blocks)
         note = f"the header stands {len(blocks)} times; time goes on from block to block: one record"
-        return [i for b in blocks for i in b.rows], [note]
+        return [i for b in blocks for i in b.rows], [note], 1
     listed = "; ".join(
         f"{k}: {b.label + ', ' if b.label else ''}header at line {b.line}, {len(b.rows)} rows" for k, b in enumerate(blocks, 1)
     )
@@ -290,7 +286,8 @@ def _one_specimen(
     if not 1 <= reading.specimen <= len(blocks):
         raise which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks))
     block = blocks[reading.specimen - 1]
-    return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"]
+    note = f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"
+    return block.rows, [note], len(blocks)
 
 
 def _check_same_units(sheet: Sheet, blocks: Sequence[_Block]) -> None:

@@ -31,7 +31,7 @@ from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.times import begins_anew, copied_rows
-from calib.lab.instruments.unit_choice import source_of_column, unit_in_words, unit_of_column
+from calib.lab.instruments.unit_choice import contradicts, source_of_column, unit_in_words, unit_of_column
 from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.vocabulary import words
@@ -114,6 +114,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if fault is not None:
             faults.append(fault)
             without_unit.add(quantity)
+        elif not clock and (own := contradicts(sheet, index, heading, reading)):
+            asked = unit_in_words(sheet, index, heading, reading)
+            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
         columns.append(ReadColumn(index, heading, factor, clock))
         if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
             notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')

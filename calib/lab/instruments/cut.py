@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 
-from calib.errors import Fault, InputError
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
@@ -31,7 +31,7 @@ from calib.lab.instruments.side_clocks import of_one_clock
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import begins_at, below_header
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import understand, words
 
 # Lines of names and units above rows of results.
@@ -198,7 +198,7 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, 
                     f'{"no" if not matching else "more than one"} column "{wanted}" for {quantity}; the columns are {there}',
                     text.path,
                     line,
-                    advice=f"Name it by its number, such as {quantity}=2",
+                    advice=_by_its_number(quantity, matching or _that_may_be(quantity, names, units, assigned)),
                 )
             )
         if matching[0] in assigned:
@@ -213,6 +213,25 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, 
             )
         assigned[matching[0]] = quantity
     return assigned
+
+
+def _that_may_be(quantity: str, names: Sequence[str], units: Sequence[str], taken: Mapping[int, str]) -> list[int]:
+    """The columns that may be a quantity: those named so, else those with a unit of it, else those not understood at all."""
+    below = [*units, *[""] * len(names)]
+    found = [understand(name, below[i]) for i, name in enumerate(names)]
+    asked = IN_PLACE_OF.get(quantity, quantity)
+    free = [i for i, name in enumerate(names) if name and i not in taken]
+    named = [i for i in free if (h := found[i]) is not None and IN_PLACE_OF.get(h.quantity, h.quantity) == asked]
+    unknown = [i for i in free if found[i] is None]
+    units_of = [(below[i], *re.findall(r"[(\[]([^()\[\]]+)", names[i])) for i in range(len(names))]
+    return named or [i for i in unknown if any(u and is_unit_of(u, asked) for u in units_of[i])] or unknown
+
+
+def _by_its_number(quantity: str, columns: Sequence[int]) -> str:
+    """The advice to name a column by its number, with those of the columns that may be meant."""
+    if not columns:
+        return f"Name it by its number, counted from 1: --columns {quantity}=..."
+    return f"Name it by its number, such as {Choice('columns', tuple(str(i + 1) for i in columns), quantity)}"
 
 
 def _named_otherwise(names: Sequence[str], reading: Reading) -> bool:
@@ -258,7 +277,7 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
 
 
 def _are_results(sheet: Sheet, rows: Sequence[int]) -> bool:
-    """Whether rows of numbers are those of results, one a specimen: too few for a record, or counted below a statistic's name."""
+    """Whether rows are those of results, one a specimen: too few for a record, or counted below a statistic's name."""
     if len(rows) < FEW_ROWS:
         return True
     first = [next(c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c) for row in rows]

@@ -1,4 +1,4 @@
-"""From rows that something beside them puts in doubt to those that continue the record: readings whatever stands beside them."""
+"""From rows that something beside them puts in doubt to those that continue the record, and are readings all the same."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
     def goes_on(row: int) -> bool:
         at = place[row]
         before, after = list(range(at - min(_NEAR, row), at)), list(range(at + 1, at + 1 + min(_NEAR, n_row - 1 - row)))
-        beside = [k for k in (*before[-1:], *after[:1])]
+        beside = [*before[-1:], *after[:1]]
         if any(not np.isfinite(v[at]) and np.all(np.isfinite(v[beside])) for v in (*times, *others)):
             return False
         if not all(_is_in_order(v, at, before, after) for v in times):

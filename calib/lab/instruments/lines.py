@@ -29,6 +29,7 @@ class Table:
     notes : on what was left out.
     unread : lines that are no rows of the record.
     reasons : row from 0 -> why its cells cannot be trusted.
+    specimens : how many there are, of which these rows are one.
     units, units_line : those below the header of this specimen and their 1-based line, where it has a header of its own; None
         where those of the sheet hold.
     """
@@ -40,6 +41,7 @@ class Table:
     reasons: Mapping[int, str] = field(default_factory=dict)
     units: tuple[str, ...] | None = None
     units_line: int | None = None
+    specimens: int = 1
 
 
 def n_named(sheet: Sheet) -> int:

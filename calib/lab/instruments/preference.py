@@ -296,6 +296,7 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
     notes: list[str] = []
     rivals: list[PossibleColumn] = []
     shares: dict[int, float] = {}
+    differences: dict[int, str] = {}
     for other in others:
         index, heading = other.index, other.heading
         word, share = ("different", 1.0)
@@ -303,6 +304,7 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             word, share = difference(best.values, other.values)
         elif best.values is not None and not sheet.unit_written(index) and _same_cells(sheet, index, best.index):
             word, share = ("same", 0.0)  # the same numbers, once without a unit
+        differences[index] = _in_what(word, share) if other.values is not None and best.values is not None else ""
         alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
         if alike and share > 0.0:
             word = "different"  # two columns of one name and unit are the same or not
@@ -347,7 +349,14 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             far = max(shares[i] for i in same if i not in twins)
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
-    return Remarks(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
+    return Remarks(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, differences)))
+
+
+def _in_what(word: str, share: float) -> str:
+    """By what two columns differ, behind "they differ": their zero, their sign, or so much of their span."""
+    if word in ("zero", "sign"):
+        return " by a constant" if word == "zero" else " by their sign"
+    return f" by up to {100 * min(share, 9.99):.2g} % of their span"
 
 
 def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
@@ -392,7 +401,7 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
 
 
 def _choice_of(
-    sheet: Sheet, quantity: str, best: PossibleColumn, rivals: Sequence[PossibleColumn], shares: Mapping[int, float]
+    sheet: Sheet, quantity: str, best: PossibleColumn, rivals: Sequence[PossibleColumn], differences: Mapping[int, str]
 ) -> list[Fault]:
     """The fault of columns of which the user must choose one."""
     if not rivals:
@@ -414,7 +423,7 @@ def _choice_of(
         message = f'column "{sheet.names[best.index]}" appears twice (columns {best.index + 1} and {first.index + 1})'
     else:
         listed = ", ".join(f'"{sheet.names[c.index]}"' for c in all_of[:40])
-        apart = f" by up to {100 * min(shares[first.index], 9.99):.0f} % of their span" if len(rivals) == 1 else ""
+        apart = differences[first.index] if len(rivals) == 1 else ""
         unknown = [f'"{sheet.names[c.index]}"' for c in all_of if c.values is None]
         differ = f"and {unknown[0]} has no unit that is known" if unknown else f"and they differ{apart}"
         message = f"{len(all_of)} columns may be the {in_words(quantity)}, {differ}: {listed}"

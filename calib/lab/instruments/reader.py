@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -27,6 +28,17 @@ from calib.lab.instruments.vocabulary import understand
 
 #: What `Reading.units` and `Reading.columns` may name.
 QUANTITIES = (*(q for q in SI_UNIT if q not in IN_PLACE_OF), *IN_PLACE_OF)
+
+
+def no_such_quantity(name: str) -> str:
+    """What to say of a quantity that there is not: the one that is spelled like it, and all that there are.
+
+    >>> no_such_quantity("forse")[:48]
+    'there is no quantity "forse", did you mean force'
+    """
+    close = difflib.get_close_matches(name.lower(), QUANTITIES, n=1)
+    meant = f", did you mean {close[0]}?" if close else "."
+    return f'there is no quantity "{name}"{meant} The quantities are {", ".join(QUANTITIES)}'
 
 
 def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
@@ -56,7 +68,7 @@ def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
     path = Path(path)
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES))
     if unknown:
-        raise InputError(Fault(f"there is no quantity {', '.join(unknown)}", path, advice=f"There are {', '.join(QUANTITIES)}"))
+        raise InputError([Fault(no_such_quantity(name), path) for name in unknown])
     for name, said, known in (("decimal", reading.decimal, (".", ",")), ("scale", reading.scale, ("micro",))):
         if said and said not in known:
             listed = " or ".join(f'"{word}"' for word in known)

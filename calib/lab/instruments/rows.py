@@ -11,18 +11,20 @@ from operator import contains
 
 import numpy as np
 
-from calib.errors import Fault, InputError
-from calib.lab.instruments.blocks import block_table
+from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments.blocks import SPECIMEN, block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
-from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, parse_number
 from calib.lab.instruments.quotes import is_misquoted
-from calib.lab.instruments.sheet import Sheet, no_such_specimen
+from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import shifted_rows
+from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.where import asked_name, listed_values
 
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
@@ -60,9 +62,9 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
     table = _regular_table(sheet, start, keys)
     if table is None:
-        table = block_table(sheet, start, keys, reading, has_side_by_side=bool(notes))
-    elif reading.specimen not in (None, 1) and not notes:
-        raise InputError(no_such_specimen(sheet, reading))
+        table = block_table(sheet, start, keys, reading)
+    if reading.specimen not in (None, 1) and not notes and table.specimens == 1:
+        raise InputError(_no_such_specimen(sheet, table, reading))
     # Rows without anything at the end: the other specimens, or the software's own.
     n_line = len(table.lines)
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
@@ -86,6 +88,22 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         reasons={r: why for r, why in (wide | dict(table.reasons)).items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )
+
+
+def _no_such_specimen(sheet: Sheet, table: Table, reading: Reading) -> Fault:
+    """The fault of asking for another specimen than the one there is; where a column names specimens, how to choose by it."""
+    message = f"there is no specimen {reading.specimen}: the file holds one"
+    for index, name in enumerate(sheet.names):
+        if not SPECIMEN.search(name) or understand(name) is not None:
+            continue
+        named = [c for c in dict.fromkeys(map(str.strip, table.columns[index])) if c]
+        own = [c for c in named if parse_number(re.sub(r".*?(?=\d+\Z)", "", c), ".") == reading.specimen]
+        if len(named) > 1:
+            choice = Choice("where", tuple(own[:1] or named), asked_name(replace(sheet, columns=tuple(table.columns)), index))
+            message = f'specimens are told apart by the column "{name}", which names {listed_values(named)}'
+            advice = f"Leave the specimen out, and say it by the column: {choice}"
+            return Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice, choice)
+    return Fault(message, sheet.text.path, sheet.header_line or None, advice="Leave the specimen out")
 
 
 def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import tidy, without_brackets
-from calib.lab.instruments.labtable import IntArray, Reading, Unread
+from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
@@ -135,14 +135,3 @@ def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
     )
     choice = Choice("specimen", tuple(str(k) for k in range(1, count + 1)))
     return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice, choice=choice), count)
-
-
-def no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
-    """The fault of asking for another specimen than the one there is.
-
-    Parameters
-    ----------
-    sheet : the file.
-    reading : what the user asked for.
-    """
-    return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)

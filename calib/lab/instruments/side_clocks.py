@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.header import split_line
@@ -71,7 +72,7 @@ def _parts(sheet: Sheet, columns: Sequence[Sequence[str]]) -> list[range]:
     """Runs of columns between those that are empty and have no name."""
     empty = [not name and not any(map(str.strip, columns[i])) for i, name in enumerate(sheet.names)]
     edges = [-1, *(i for i, is_empty in enumerate(empty) if is_empty), len(empty)]
-    return [range(a + 1, b) for a, b in zip(edges, edges[1:], strict=False) if b > a + 1]
+    return [range(a + 1, b) for a, b in pairwise(edges) if b > a + 1]
 
 
 def choice_of_clock(sheet: Sheet, blocks: Sequence[ClockBlock]) -> tuple[str, Choice]:
@@ -121,8 +122,8 @@ def of_one_clock(sheet: Sheet, start: int, reading: Reading) -> Sheet:
         other = next(b for b in blocks if apart[0] in b.columns)
         raise InputError(
             Fault(
-                f'"{sheet.names[apart[0]]}" stands with the time in column {other.time + 1}, whose rows are of other times than '
-                f"those of {shown}",
+                f'"{sheet.names[apart[0]]}" stands with the time in column {other.time + 1}, whose rows are of other '
+                f"times than those of {shown}",
                 sheet.text.path,
                 sheet.header_line or None,
                 apart[0] + 1,
@@ -153,8 +154,8 @@ def _check_one_left(sheet: Sheet, blocks: Sequence[ClockBlock]) -> None:
     if len(blocks) > 1:
         raise InputError(
             Fault(
-                f"columns {blocks[0].time + 1} and {blocks[1].time + 1} are times that differ: what stands with the one was not "
-                "read when what stands with the other was, row by row",
+                f"columns {blocks[0].time + 1} and {blocks[1].time + 1} are times that differ: what stands with the one was "
+                "not read when what stands with the other was, row by row",
                 sheet.text.path,
                 sheet.header_line or None,
                 blocks[1].time + 1,

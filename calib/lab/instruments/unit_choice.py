@@ -82,6 +82,25 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     return None, factors[0]
 
 
+def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> str:
+    """The unit that the file names of a column where the user says another one; "" where they agree or one of them says none.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    """
+    quantity = heading.quantity
+    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    asked, written = _asked_unit(quantity, reading), heading.unit or sheet.unit_below(index) or declared
+    if asked is None or not written or heading.unit_doubt:
+        return ""
+    if not is_unit_of(written, quantity):
+        return written
+    return "" if np.isclose(lab_factor(written, quantity), asked_factor(asked, quantity), rtol=1e-9) else written
+
+
 def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, reading: Reading) -> bool:
     """Whether the user says the unit that the file names, too: that the readings are right as they stand.
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.experiment.draft import experiment_text
+from calib.experiment.edits import MARK
 from calib.experiment.lab_files import Found
 from calib.experiment.pairing import pair
 from calib.experiment.presses import Pressed
@@ -268,3 +270,29 @@ def test_specimens_of_one_name_are_told_apart() -> None:
     assert names(pair([_found("s1.csv", FORCE), _found("s1.txt", FORCE)])) == ["s1", "s1 2"]
     assert names(pair([_found("both.csv", FORCE, specimen=1), _found("both.csv", FORCE, specimen=2)])) == ["both 1", "both 2"]
     assert names(pair([_found("press.csv", FORCE)])) == ["specimen 1"]
+
+
+def test_a_press_that_several_names_with_more_words_fit_says_so_and_offers_them(tmp_path: Path) -> None:
+    records = [_found("s2_press.csv", FORCE), *(_found(f"s2_cap_{k}.csv", CAPACITANCE) for k in "ab")]
+    specimens = pair(records)
+    presses = [p for s in specimens for p in s.presses]
+    assert [p.notes for p in presses] == [
+        ("not paired, as s2_cap_a.csv and s2_cap_b.csv fit it alike",),
+        ("not paired, as s2_press.csv fits s2_cap_b.csv as well",),
+        ("not paired, as s2_press.csv fits s2_cap_a.csv as well",),
+    ]
+    block = experiment_text(specimens, tmp_path).split("[[specimens]]")[1]
+    lines = [line for line in block.split("\n") if line.startswith("# capacitance = ")]
+    assert [MARK in line and f"s2_cap_{k}.csv" in line for k, line in zip("ab", lines, strict=True)] == [True, True]
+
+
+def test_what_its_numbers_contradict_is_not_offered(tmp_path: Path) -> None:
+    specimens = pair([_found("s1_press_1.csv", FORCE), _found("s1_cap_2.csv", CAPACITANCE)])
+    assert "# capacitance = " not in experiment_text(specimens, tmp_path)
+
+
+@pytest.mark.parametrize(("hours", "marked"), [(0.1, False), (0.9, False), (1.5, True), (30.0, True)])
+def test_a_pair_whose_records_began_far_apart_is_marked_to_be_decided(tmp_path: Path, hours: float, marked: bool) -> None:
+    specimens = pair([_found("A_press.csv", FORCE, after=0), _found("A_cap.csv", CAPACITANCE, after=3600 * hours)])
+    line = next(line for line in experiment_text(specimens, tmp_path).split("\n") if line.startswith("capacitance = "))
+    assert (f"{MARK} the two began {hours:.1f} h apart" in line) is marked

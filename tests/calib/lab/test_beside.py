@@ -300,3 +300,81 @@ def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Pa
     rows = ["\t".join(map(str, row)) for row in ROWS]
     path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments, *rows]) + "\n")
     assert "stands below the header" in refusal(path)
+
+
+# --- what is said of names that are not there ------------------------------------------------------------------------------
+
+
+def _long_table(names: tuple[str, ...], column: str = "Specimen") -> list[list[Any]]:
+    rows: list[list[Any]] = [[column, *NAMES]]
+    for name in names:
+        rows += [[name, *row] for row in ROWS]
+    return rows
+
+
+@pytest.mark.parametrize("names", [("1", "2"), ("S1", "S2")])
+@pytest.mark.parametrize("column", ["Specimen", "Probe", "Sample No"])
+def test_specimens_of_a_column_are_asked_for_by_the_column(tmp_path: Path, names: tuple[str, ...], column: str) -> None:
+    path = as_csv(tmp_path / "a.csv", _long_table(names, column))
+    said = refusal(path, specimen=2)
+    assert f'"{column}={names[1]}"' in said.replace(f" {column}={names[1]}", f' "{column}={names[1]}"')
+    table = read_lab_file(path, Reading(where={column: names[1]}))
+    assert_press(table, slice(N, None))
+
+
+def test_a_specimen_that_no_column_names_is_answered_with_those_there_are(tmp_path: Path) -> None:
+    path = as_csv(tmp_path / "a.csv", _long_table(("1", "2")))
+    assert 'which names "1", "2"' in refusal(path, specimen=7)
+    assert "Leave the specimen out" in refusal(as_csv(tmp_path / "b.csv", [NAMES, *ROWS]), specimen=2)
+
+
+def test_a_specimen_is_not_passed_over_where_a_header_stands_again_in_one_record(tmp_path: Path) -> None:
+    path = as_csv(tmp_path / "a.csv", [NAMES, *ROWS[:60], NAMES, *ROWS[60:]])
+    assert_press(read_lab_file(path))
+    assert "there is no specimen 2" in refusal(path, specimen=2)
+
+
+@pytest.mark.parametrize(
+    ("header", "wanted", "number"),
+    [
+        (NAMES, "Lode", "force=3"),
+        (["Time (s)", "Load cell A [N]", "Displacement (mm)"], "Lode", "force=2"),
+        (["Time (s)", "Displacement (mm)", "Wert 7"], "Lode", "force=3"),
+    ],
+)
+def test_the_number_in_an_advice_is_that_of_no_other_quantity(
+    tmp_path: Path, header: list[str], wanted: str, number: str
+) -> None:
+    order = [0, 2, 1] if header[1].startswith("Load") else [0, 1, 2]
+    path = as_csv(tmp_path / "a.csv", [header, *([row[i] for i in order] for row in ROWS)])
+    said = refusal(path, columns={"force": wanted})
+    assert f"such as --columns {number}" in said
+    table = read_lab_file(path, Reading(columns={"force": number[-1]}, units={"force": "N"}))
+    assert_press(table)
+
+
+def test_a_quantity_that_is_misspelled_is_told_with_the_one_that_is_like_it(tmp_path: Path) -> None:
+    path = as_csv(tmp_path / "a.csv", [NAMES, *ROWS])
+    said = refusal(path, units={"forse": "N"})
+    assert 'there is no quantity "forse", did you mean force?' in said
+    assert "did you mean" not in refusal(path, units={"xyz": "N"})
+
+
+def test_a_unit_that_contradicts_the_file_is_obeyed_with_a_note(tmp_path: Path) -> None:
+    path = as_csv(tmp_path / "a.csv", [NAMES, *ROWS])
+    table = read_lab_file(path, Reading(units={"force": "mN"}))
+    np.testing.assert_allclose(table.columns["force"], FORCE * 1e-3, atol=1e-15)
+    assert '"Force (N)" is read in mN as asked, though the file says N' in table.notes
+    for said in ("N", "newtons"):
+        assert not any("though the file says" in note for note in read_lab_file(path, Reading(units={"force": said})).notes)
+
+
+@pytest.mark.parametrize(
+    ("other", "how"),
+    [(99 + FORCE, "by a constant"), (97 - FORCE, "by their sign"), (97 + 1.004 * FORCE + 0.3 * DEPTH, "by up to")],
+)
+def test_columns_that_differ_are_said_to_differ_by_what_they_do(tmp_path: Path, other: np.ndarray, how: str) -> None:
+    rows = [[t, round(97 + f, 4), round(float(c), 4)] for (t, _, f), c in zip(ROWS, other, strict=True)]
+    said = refusal(as_csv(tmp_path / "a.csv", [["Time (s)", "CH0_pF", "CH1_pF"], *rows]))
+    assert f"they differ {how}" in said
+    assert "by up to 0 %" not in said

@@ -733,7 +733,7 @@ def _of_three(tags: dict[str, str], names: Sequence[str] = NAMES_OF_THREE) -> st
 @pytest.mark.parametrize("units", ["mm\t\tN\t\tmN\t", "mm\t\t\t\tmN\t", "mm\tN\tmN\t", "mm\t\tmN\t\t\t"])
 @pytest.mark.parametrize("dates", ["2024/05/02\t\t2024/05/02\t\t2024/05/02\t", "2024/05/02\t2024/05/02\t2024/05/02\t"])
 def test_units_of_an_lvm_file_are_those_that_stand_above_their_channels(tmp_path: Path, units: str, dates: str) -> None:
-    """Two fields apart as National Instruments writes them, or one, as every line of the header shows; else the units are open."""
+    """Two fields apart as National Instruments writes them, or one, as every line of the header shows; else they are open."""
     path = written(tmp_path / "a.lvm", _of_three({"Date": dates, "Y_Unit_Label": units}))
     fields = units.split("\t")
     stride = 2 if "\t\t" in dates else 1
