@@ -34,8 +34,9 @@ from calib.lab.instruments.titles import begins_at, below_header
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import understand, words
 
-# Lines of names and units above rows of results.
-_TITLES = 2
+# Lines above rows of results with their title, names and units, and the word that such a title has.
+_TITLES = 3
+_RESULTS = re.compile(r"result|ergebnis|résultat|risultat|wynik|结果|結果", re.IGNORECASE)
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
 
@@ -87,7 +88,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
-    above = _rows_above(sheet)
+    above = _rows_above(sheet, reading)
     if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     decided = _lines_that_decide(sheet, reading)
@@ -276,17 +277,19 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
     raise InputError(no_header(text))
 
 
-def _are_results(sheet: Sheet, rows: Sequence[int]) -> bool:
-    """Whether rows are those of results, one a specimen: too few for a record, or counted below a statistic's name."""
-    if len(rows) < FEW_ROWS:
-        return True
-    first = [next(c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c) for row in rows]
+def _are_results(sheet: Sheet, rows: Sequence[int], reading: Reading) -> bool:
+    """Whether rows are those of results: named so, or too few for a record, and counted where specimens are told apart."""
+    few = len(rows) < FEW_ROWS
+    cells = [[c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c] for row in rows]
+    counted = [row[0] for row in cells] == [str(k + 1) for k in range(len(rows))]
     above = [line for line in sheet.text.lines[: rows[0] - 1] if line.strip()][-_TITLES:]
-    named = any(no_record(cell) for line in above for cell in split_line(line, sheet.delimiter))
-    return first == [str(k + 1) for k in range(len(rows))] and named
+    named = any(_RESULTS.search(line) or any(map(no_record, split_line(line, sheet.delimiter))) for line in above)
+    if named and (few or counted):
+        return True
+    return few and (reading.specimen is None or (counted and len(cells[0]) < n_named(sheet)))
 
 
-def _rows_above(sheet: Sheet) -> tuple[str, ...]:
+def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
     """The note on rows of numbers above the header, as of a table of results; what may be a record is refused."""
     rows = []
     for number, line in enumerate(sheet.prelude, 1):
@@ -295,7 +298,7 @@ def _rows_above(sheet: Sheet) -> tuple[str, ...]:
             rows.append(number)
     if not rows:
         return ()
-    if not _are_results(sheet, rows):
+    if not _are_results(sheet, rows, reading):
         raise InputError(
             Fault(
                 f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none understood",

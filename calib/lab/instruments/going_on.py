@@ -44,6 +44,8 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
     def goes_on(row: int) -> bool:
         at = place[row]
         before, after = list(range(at - min(_NEAR, row), at)), list(range(at + 1, at + 1 + min(_NEAR, n_row - 1 - row)))
+        if not times and not (before and after):
+            return False  # the largest readings of a record that ends with them go on, too
         beside = [*before[-1:], *after[:1]]
         if any(not np.isfinite(v[at]) and np.all(np.isfinite(v[beside])) for v in (*times, *others)):
             return False

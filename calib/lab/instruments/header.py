@@ -157,7 +157,7 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
         return
     for other in DELIMITERS[:-1]:
         # Names between commas, above rows between blanks.
-        cells = split_line(line.strip(), other)
+        cells = split_line(line.strip(), other) if other in line else []
         if len(cells) > 1 and _are_as_wide(below, len(cells), other):
             yield cells
     if line.count('"') >= 4:

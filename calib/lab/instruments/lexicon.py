@@ -81,7 +81,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
-                "cap | c | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
+                "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
                 "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
@@ -111,6 +111,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
+#: Names of a sensor that is set up beside the machine's own, whose column gives way to that under a plain name.
+OF_A_SENSOR = _set("lvdt")
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "

@@ -356,7 +356,8 @@ def _in_what(word: str, share: float) -> str:
     """By what two columns differ, behind "they differ": their zero, their sign, or so much of their span."""
     if word in ("zero", "sign"):
         return " by a constant" if word == "zero" else " by their sign"
-    return f" by up to {100 * min(share, 9.99):.2g} % of their span"
+    percent = 100 * min(share, 9.99)
+    return f" by up to {percent:.0f} % of their span" if percent >= 1 else f" by up to {percent:.1g} % of their span"
 
 
 def _same_cells(sheet: Sheet, one: int, other: int) -> bool:

@@ -30,6 +30,10 @@ from calib.lab.instruments.vocabulary import understand
 QUANTITIES = (*(q for q in SI_UNIT if q not in IN_PLACE_OF), *IN_PLACE_OF)
 
 
+# A table of few rows is one of results beside a record of so many times as many.
+_FEWER = 5
+
+
 def no_such_quantity(name: str) -> str:
     """What to say of a quantity that there is not: the one that is spelled like it, and all that there are.
 
@@ -119,7 +123,11 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     # A part that is a record but for its faults is one too: it must not be passed over for another.
     records = [part for part in parts if part in read or (part.text is not None and _is_record(part.text, reading))]
     n_row = {part: len(read[part].lines) if part in read else _n_rows(part) for part in records}
-    few = {part: f"{n} row(s), too few for a record" for part, n in n_row.items() if n < FEW_ROWS <= max(n_row.values())}
+    few = {
+        part: f"{n} row(s), too few for a record"
+        for part, n in n_row.items()
+        if n < FEW_ROWS and _FEWER * n <= max(n_row.values())
+    }
     records = [part for part in records if part not in few]
     chosen = [part for part in records if not part.hidden] or records
     if len(chosen) > 1:

@@ -605,7 +605,12 @@ def _several_clocks() -> Iterator[Case]:
         ["Instron time (s)", "Extension (mm)", "Load (N)", "LCR time (s)", "Cp (pF)"], [elapsed, P.d, P.f, rough, P.c]
     )
     rest = {"displacement": si(P.d, "1e-3"), "force": si(P.f), "capacitance": si(P.c, "1e-12")}
-    clocks = {n: truth(rows, time=si(t), **rest) for n, t in (("Instron time (s)", elapsed), ("LCR time (s)", rough))}
+    press = {q: rest[q] for q in ("displacement", "force")}
+    log = {"capacitance": rest["capacitance"]}
+    clocks = {
+        "Instron time (s)": truth(rows, time=si(elapsed), **press),
+        "LCR time (s)": truth(rows, time=si(rough), **log),
+    }
     yield Case(
         "two_instruments_two_clocks",
         KIND,
@@ -617,7 +622,7 @@ def _several_clocks() -> Iterator[Case]:
         why="rows of two instruments pasted side by side, each with its clock",
     )
     lines, rows = lines_of(["Time (s)", "Extension (mm)", "Load (N)", "Time (s)", "Cp (pF)"], [elapsed, P.d, P.f, rough, P.c])
-    clocks = {n: truth(rows, time=si(t), **rest) for n, t in (("1", elapsed), ("4", rough))}
+    clocks = {"1": truth(rows, time=si(elapsed), **press), "4": truth(rows, time=si(rough), **log)}
     yield Case(
         "two_clocks_of_one_name",
         KIND,

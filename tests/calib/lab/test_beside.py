@@ -78,6 +78,15 @@ def test_rows_of_results_are_none_that_go_on(tmp_path: Path, time: float | None)
     assert all(above.reasons[:-N])
 
 
+def test_the_largest_readings_below_a_record_without_times_are_a_row_of_results(tmp_path: Path) -> None:
+    half = [[row[1], row[2], None] for row in ROWS[: N // 2]]
+    table = read_lab_file(
+        as_csv(tmp_path / "a.csv", [["Displacement (mm)", "Force (N)", "Remark"], *half, [*half[-1][:2], "Max"]])
+    )
+    assert table.reasons[-1].startswith("a row of results")
+    assert not any(table.reasons[:-1])
+
+
 def test_a_summary_beside_the_table_takes_no_row(tmp_path: Path) -> None:
     summary = {40: ("Max force", 4.0), 41: ("Max travel", 0.95), 42: ("Slope", 4.1), 43: ("n", 120), 44: ("Mean", 1.9)}
     rows = [[*row, None, None, *summary.get(r, ())] for r, row in enumerate(ROWS)]
@@ -170,7 +179,7 @@ def test_the_test_time_beside_the_total_time_is_no_block(tmp_path: Path) -> None
 
 
 def _specimens(n_result: int, *, named: bool = True) -> list[list[Any]]:
-    above: list[list[Any]] = [["Results Table 1"]]
+    above: list[list[Any]] = [["Results Table 1" if named else "Press 4"]]
     above += [["", "Maximum Load", "Extension at Maximum Load"], ["", "(N)", "(mm)"]] if named else []
     above += [[k + 1, 3.9 + 0.01 * k, 0.9] for k in range(n_result)]
     blocks: list[list[Any]] = []
@@ -202,8 +211,9 @@ def test_a_sheet_of_results_is_no_record_to_choose_from(tmp_path: Path, header: 
     assert any('sheet "Results"' in part.what for part in table.unread)
 
 
-def test_two_sheets_of_many_rows_are_a_choice_still(tmp_path: Path) -> None:
-    path = as_book(tmp_path / "a.xlsx", {"A": [NAMES, *ROWS], "B": [NAMES, *ROWS[:12]]})
+@pytest.mark.parametrize(("n", "other"), [(N, 12), (30, 9)])
+def test_two_sheets_of_many_rows_are_a_choice_still(tmp_path: Path, n: int, other: int) -> None:
+    path = as_book(tmp_path / "a.xlsx", {"A": [NAMES, *ROWS[:n]], "B": [NAMES, *ROWS[:other]]})
     assert "--sheet A or --sheet B" in refusal(path)
 
 
