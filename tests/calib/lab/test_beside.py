@@ -205,7 +205,7 @@ def test_many_rows_of_numbers_under_no_names_above_a_header_are_refused_still(tm
 @pytest.mark.parametrize("header", [["Specimen", "Max force (N)", "Max displacement (mm)"], ["No", "Force (N)", "Travel (mm)"]])
 @pytest.mark.parametrize("n", [1, 3])
 def test_a_sheet_of_results_is_no_record_to_choose_from(tmp_path: Path, header: list[str], n: int) -> None:
-    results = [header, *([k + 1, 4.0 + 0.1 * k, 0.95] for k in range(n))]
+    results: list[list[Any]] = [header, *([k + 1, 4.0 + 0.1 * k, 0.95] for k in range(n))]
     table = read_lab_file(as_book(tmp_path / "a.xlsx", {"Results": results, "Raw data": [NAMES, *ROWS]}))
     assert_press(table)
     assert any('sheet "Results"' in part.what for part in table.unread)
