@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.header import split_line
+from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.lines import (
@@ -84,7 +84,7 @@ def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
     text, delimiter = sheet.text, sheet.delimiter
     lines = list(text.lines[start:])
     if delimiter == " ":
-        return [line.split() for line in lines]
+        return [split_blanks(line) for line in lines]
     if not any('"' in line for line in lines):
         return [line.split(delimiter) for line in lines]
     last = max((i for i, line in enumerate(lines) if line.strip()), default=-1)
@@ -350,7 +350,8 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 sheet.text.path,
                 sheet.header_line or None,
                 widest + 1,
-                advice="Which names belong to which cells cannot be told: correct the header",
+                advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
+                "number, what it is and its unit: --columns force=3 --units force=N",
             )
         )
     for row, line in zip(rows, lines.tolist(), strict=True):

@@ -96,7 +96,8 @@ def _clocks_by_cells(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapp
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:
     """Whether the name of a column tells nothing of what it is."""
-    return not sheet.names[index] or why_unread(sheet.names[index], sheet.unit_below(index)) == "not understood"
+    reason = why_unread(sheet.names[index], sheet.unit_below(index)) if sheet.names[index] else ""
+    return reason in ("", "not understood", "names of the rows: not used")
 
 
 def _by_cells_note(sheet: Sheet, index: int) -> str:
@@ -124,11 +125,11 @@ def _may_be_a_time(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unre
         steps = np.diff(values[np.isfinite(values)])
         if steps.size < _FEWEST_UP or np.count_nonzero(steps > 0) < _UP * steps.size:
             continue
-        if np.all(steps == 1):
-            unit, what = "0.1 s", ", which counts rows; if these are as far apart in time, as 0.1 s"
-        else:
-            unit, what = unit_of_numbers(float(values[np.isfinite(values)][0])), ", which goes up from row to row; if it is one"
-        return [f'no time is read beside "{_shown(sheet, index)}"{what}: {asked} --units "time={unit}"']
+        count = bool(np.all(steps == 1))
+        unit = "" if count else unit_of_numbers(float(values[np.isfinite(values)][0]))
+        said = f"--units time={unit}" if unit else '--units "time=... s", the seconds that one count lasts'
+        what = "counts the rows" if count else "goes up from row to row"
+        return [f'no time is read; "{_shown(sheet, index)}" {what}; if it is to be the time: {asked} {said}']
     return []
 
 

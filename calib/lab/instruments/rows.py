@@ -14,7 +14,7 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
-from calib.lab.instruments.header import split_line
+from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
@@ -174,7 +174,7 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
     """
     delimiter, width = sheet.delimiter, len(sheet.names)
     if delimiter == " ":
-        return _cut_each(map(str.split, lines), delimiter, width, n_needed(sheet))
+        return _cut_each(map(split_blanks, lines), delimiter, width, n_needed(sheet))
     if not any(map(contains, lines, repeat('"'))):
         return _cut_at_once(lines, delimiter, width, n_needed(sheet))
     if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):

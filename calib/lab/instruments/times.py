@@ -168,13 +168,13 @@ def time_faults(
 
 
 def unit_of_numbers(number: float) -> str:
-    """The unit in which a number is a time of our days, since 1970 or in the days of a calendar; "s" if it is none.
+    """The unit in which a number is a time of our days, since 1970 or in the days of a calendar; "" if it is none.
 
     >>> unit_of_numbers(1.7952e18), unit_of_numbers(740305.6), unit_of_numbers(12.5)
-    ('ns', 'day', 's')
+    ('ns', 'day', '')
     """
     since_1970 = next((unit for unit, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "")
-    return since_1970 or ("day" if any(low < number < high for low, high in _DAYS) else "s")
+    return since_1970 or ("day" if any(low < number < high for low, high in _DAYS) else "")
 
 
 def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
