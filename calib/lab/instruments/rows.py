@@ -20,6 +20,7 @@ from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
 from calib.lab.instruments.quotes import is_misquoted
+from calib.lab.instruments.results import results_below
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 from calib.lab.instruments.shifted import shifted_rows
 
@@ -68,6 +69,9 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
     wide = shifted_rows(sheet, table) | _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
+    below = {r: why for r, why in results_below(sheet, table).items() if r not in wide}
+    wide |= below
+    tail = [f"{len(below)} row(s) at the end are left out: line {int(table.lines[r])}, {why}" for r, why in [*below.items()][:1]]
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -78,7 +82,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         columns=tuple(column[:n_row] for column in table.columns),
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
-        notes=(*notes, *table.notes, *short),
+        notes=(*notes, *table.notes, *short, *tail),
         reasons={r: why for r, why in (wide | dict(table.reasons)).items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )
