@@ -377,7 +377,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 sheet.header_line or None,
                 widest + 1,
                 advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
-                "number, what it is and its unit: --columns force=3 --units force=N",
+                "number, what it is and its unit: --columns force=... --units force=...",
             )
         )
     for row, line in zip(rows, lines.tolist(), strict=True):

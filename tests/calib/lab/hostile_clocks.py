@@ -18,6 +18,7 @@ May = Literal["must_read", "must_refuse", "may_refuse"]
 P = press(120, seed=111)
 NOON = datetime(2024, 5, 1, 12, 0, 0)
 STEADY = tuple(100 * i for i in range(120))  # [ms]
+_TIMELESS = Reading(columns={"time": "none"})
 
 
 def _known(rows: Sequence[int], ms: Sequence[int] | None) -> Truth:
@@ -50,6 +51,7 @@ def _clock(
     What is not `known` must be refused as a time, together with the file or alone.
     """
     d, f = (tuple(x.replace(".", ",") for x in c) if sep == ";" else c for c in (P.d, P.f))
+    ways_without = (may,) if may == "may_refuse" and known else ()
     lines, rows = lines_of([head, "Extension (mm)", "Load (N)"], [stamps, d, f], sep=sep, above=above)
     return Case(
         name,
@@ -61,7 +63,7 @@ def _clock(
         named=named if known else (head,),
         told=told,
         blame=blame or (head, "time"),
-        ways_out=tuple((way, _known(rows, ms)) for way in ways),
+        ways_out=(*((way, _known(rows, ms)) for way in ways), *((_TIMELESS, _known(rows, None)) for _ in ways_without)),
         time_tolerance=tolerance,
         why=why,
     )
@@ -368,7 +370,7 @@ def _colons() -> Iterator[Case]:
 
 def _numbers() -> Iterator[Case]:
     epoch = 1_714_557_600_000
-    s, ms = Reading(units={"time": "s"}), Reading(units={"time": "ms"})
+    s, ms, ns = (Reading(units={"time": unit}) for unit in ("s", "ms", "ns"))
     full = [f"{(epoch + x) // 1000}.{x % 1000:03d}" for x in STEADY]
     whole = [str(epoch + x) for x in STEADY]
     yield _clock(
@@ -395,7 +397,7 @@ def _numbers() -> Iterator[Case]:
         ways=(Reading(units={"time": "us"}),),
         tolerance=1e-3,
     )
-    yield _clock("epoch_nanoseconds_under_s", "Time (s)", [x + "000000" for x in whole], STEADY, "must_refuse", known=False)
+    yield _clock("epoch_nanoseconds_under_s", "Time (s)", [x + "000000" for x in whole], STEADY, "must_refuse", known=False, ways=(ns,))
     yield _clock("epoch_minutes_name", "Time (min)", full, STEADY, "must_refuse", known=False, ways=(s,))
     yield _clock("epoch_seconds", "Timestamp(s)", full, STEADY, "must_read", kind=BENIGN)
     yield _clock("epoch_milliseconds", "Time (ms)", whole, STEADY, "must_read", kind=BENIGN)
