@@ -87,7 +87,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
 
 
 def _clocks_by_cells(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int, str]) -> dict[int, Heading]:
-    """The headings of columns that are clocks by their cells, where no name is one of a time and the user says nothing of it."""
+    """The headings of columns that are clocks by their cells, where no name is one of a time and the user says none is."""
     if "time" in {h.quantity for h in headings.values()} or "time" in sheet.assigned.values():
         return {}
     left = [i for i in range(len(sheet.names)) if i not in headings and i not in unread and _says_nothing(sheet, i)]
@@ -111,7 +111,7 @@ _FEWEST_UP, _UP = 5, 0.98
 
 
 def _may_be_a_time(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: Mapping[int, str]) -> list[str]:
-    """The note on a column that may be the time of a table without one: it goes up from row to row, or holds dates or clocks."""
+    """The note on a column that may be the time of a table without one: it goes up from row to row, or holds dates."""
     if "time" in chosen or "time" in sheet.assigned.values():
         return []
     for index in range(len(sheet.names)):

@@ -36,8 +36,8 @@ _HUNDREDTHS = "min:s:cs if it is hundredths"
 def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm:
     """Tell what the parts of times count, by what is said of it, else by what the cells prove.
 
-    Hours, minutes and seconds are proven by words between them, a date, am or pm, an offset from UTC, decimals, and by going on where a minute is
-    full. Times that begin within the first hour and fill no minute may be anything.
+    Hours, minutes and seconds are proven by words between them, a date, am or pm, an offset from UTC, decimals, and by going on
+    where a minute is full. Times that begin within the first hour and fill no minute may be anything.
 
     Parameters
     ----------

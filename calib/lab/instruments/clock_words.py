@@ -1,4 +1,4 @@
-"""From a time of day, a date or a duration written with words ("2 Nov 2026", "1 day", "PT0.1S", "14時03分") to one in figures."""
+"""From a date, a time of day or a duration with words in it ("2 Nov 2026", "1 day", "PT0.1S") to one in figures."""
 
 from __future__ import annotations
 
@@ -48,8 +48,11 @@ _DURATIONS = (
     # "0 d 14 h 03 min 07 s".
     re.compile(rf"(?P<d>\d{{1,4}}) ?d ?(?P<h>\d{{1,3}}) ?h ?(?P<m>\d{{1,2}}) ?m(?:in)? ?(?P<s>{_NUMBER}) ?s(?:ec)?"),
 )
+# Of .NET, "1.00:00:00.5", and of ISO 8601 without marks, "20261120T140307.2Z".
+_DAYS_BEFORE = re.compile(r"(\d{1,4})\.(\d{2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
+_COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})T(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(Z|[+-]\d{2}:?\d{2})?")
 # A time of day, "14h03m07.2s".
-_LETTERED = re.compile(rf"(?P<h>\d{{1,2}}) ?h ?(?P<m>\d{{2}}) ?m(?:in)? ?(?P<s>\d{{2}}(?:[.,]\d+)?) ?s(?:ec)?")
+_LETTERED = re.compile(r"(?P<h>\d{1,2}) ?h ?(?P<m>\d{2}) ?m(?:in)? ?(?P<s>\d{2}(?:[.,]\d+)?) ?s(?:ec)?")
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,12 @@ def in_figures(cell: str) -> Figures:
     (Figures(text='1:00:00:01.5', spelled=True), '0:00:01:15.5', Figures(text='Load', spelled=False))
     """
     cell = cell.strip()
+    compact = _COMPACT.fullmatch(cell)
+    if compact is not None:
+        return Figures(compact.expand(r"\1-\2-\3 \4:\5:\6\7"))
+    days = _DAYS_BEFORE.fullmatch(cell)
+    if days is not None:
+        return Figures(":".join(days.groups()), spelled=True)
     if not any(c.isdecimal() for c in cell) or not any(c.isalpha() for c in cell):
         return Figures(cell)
     match = next((m for form in _DURATIONS if (m := form.fullmatch(cell)) is not None and any(m.groups())), None)

@@ -17,6 +17,7 @@ from calib.lab.instruments.exchanged import exchanged
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
@@ -93,7 +94,7 @@ def _among_all(table: LabTable, sheet: Sheet, asked: RowsAsked) -> LabTable:
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read all rows of a sheet."""
-    clock = with_subseconds(sheet)
+    clock = with_subseconds(with_minus_before(sheet))
     sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)

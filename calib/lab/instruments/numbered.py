@@ -19,7 +19,9 @@ _COLUMN = r"(?:col(?:umn|onne|umna|onna)?|spalte|field|feld|channel|chan|ch|kana
 _TITLE = re.compile(rf"^(?:(?:the|data|file)\s+)?(?:{_COLUMN})(?:\s+are)?\s*[:=]\s*", re.IGNORECASE)
 # A number of a column with a mark behind it; without one in a line of its own.
 _NUMBER = rf"(?:{_COLUMN})?\.?[ #_]*[\[(]?{{k}}(?:[\])]?\s*[:=)\]]|\.(?!\d)|\s-)\s*"
-_ALONE = re.compile(rf"^(?:{_COLUMN})?\.?[ #_]*[\[(]?(?P<k>\d{{1,2}})[\])]?\s*(?:[:=.)–-]\s*|\s+)(?P<name>[^\d\s].*)$", re.IGNORECASE)
+_ALONE = re.compile(
+    rf"^(?:{_COLUMN})?\.?[ #_]*[\[(]?(?P<k>\d{{1,2}})[\])]?\s*(?:[:=.)–-]\s*|\s+)(?P<name>[^\d\s].*)$", re.IGNORECASE
+)
 # Letters of a name in a list.
 _LONGEST = 80
 

@@ -71,7 +71,9 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     wide = shifted_rows(sheet, table) | _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
     below = {r: why for r, why in results_below(sheet, table).items() if r not in wide}
     wide |= below
-    tail = [f"{len(below)} row(s) at the end are left out: line {int(table.lines[r])}, {why}" for r, why in [*below.items()][:1]]
+    tail = [
+        f"{len(below)} row(s) at the end are left out: line {int(table.lines[r])}, {why}" for r, why in [*below.items()][:1]
+    ]
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []

@@ -1,4 +1,4 @@
-"""From a clock of whole seconds and a column of their milliseconds to a sheet whose clock has decimals, or why they do not fit."""
+"""From a clock of whole seconds and a column of their milliseconds to one clock with decimals, or why they do not fit."""
 
 from __future__ import annotations
 
@@ -29,8 +29,13 @@ _PARTS = {
     )
     for word in listed.split()
 }
-_BESIDE = frozenset("time clock zeit uhrzeit temps hora of the a in part sec second seconds secs sekunde sekunden der s".split())
-_WHOLE_SECONDS = re.compile(r"(?P<clock>.*\d:\d{2}:\d{2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*")
+_BESIDE = frozenset(
+    ("time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "sec", "second", "seconds", "secs")
+    + ("sekunde", "sekunden", "der", "s")
+)
+_WHOLE_SECONDS = re.compile(
+    r"(?P<clock>.*\d:\d{2}:\d{2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"
+)
 _WHOLE = re.compile(r"\s*[+-]?\d+\s*")
 _FEWEST = 5
 # Falls that damaged cells may make, and by what a step over a full second may be longer than those within one.
@@ -41,7 +46,7 @@ _STEADY = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class WholeClock:
-    """The sheet, with a clock whose decimals stood in a column of their own if that fits it, and the fault where it does not."""
+    """The sheet, its clock with the decimals that stood in a column of their own, and the fault where these do not fit it."""
 
     sheet: Sheet
     faults: tuple[Fault, ...] = ()

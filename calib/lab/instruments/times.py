@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.errors import Fault
 from calib.lab.instruments.clock import WITHOUT, ClockTimes, read_clock
-from calib.lab.instruments.clock_cells import is_clock, is_date, is_full_clock, not_clocks
+from calib.lab.instruments.clock_cells import is_date, is_full_clock, not_clocks
 from calib.lab.instruments.clock_form import form_of_clock
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.rivals import holds_clock
@@ -23,6 +23,7 @@ _EPOCH = (1.0e9, 4.2e9)
 _NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0))
 # No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
 _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
+_DAY = 86_400.0
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
@@ -139,7 +140,8 @@ def time_faults(
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
-    if largest > _EPOCH[1]:
+    said_days = reading.units.get("time") is not None and factor == _DAY and any(low < number < high for low, high in _DAYS)
+    if largest > _EPOCH[1] and not said_days:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
         unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
         return fault(
@@ -205,7 +207,9 @@ def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
         why = "the clock was set back, or shows a second twice" if back else "the time begins anew, or a counter overflowed"
         message = f'column "{sheet.names[index]}": "{cell}" is {-steps[k]:.3g} s before the row above: {why}'
         # Rows of two records, one behind the other, are no more of one when the time is left out.
-        advice = "Save what is before and behind it as two files, or export a time that goes on" + (f", {WITHOUT}" if back else "")
+        advice = "Save what is before and behind it as two files, or export a time that goes on" + (
+            f", {WITHOUT}" if back else ""
+        )
         return [Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)]
     return []
 
