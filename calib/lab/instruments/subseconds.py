@@ -29,10 +29,8 @@ _PARTS = {
     )
     for word in listed.split()
 }
-_BESIDE = frozenset(
-    ("time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "sec", "second", "seconds", "secs")
-    + ("sekunde", "sekunden", "der", "s")
-)
+_OF_TIMES = frozenset(["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der"])
+_BESIDE = _OF_TIMES | {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
 _WHOLE_SECONDS = re.compile(
     r"(?P<clock>.*\d:\d{2}:\d{2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"
 )
