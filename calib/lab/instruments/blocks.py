@@ -11,7 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.header import split_line
+from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.lines import (
@@ -67,7 +68,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
     unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
     width = len(sheet.names)
-    chosen = [rows[i] for i in kept]
+    chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
     _check_width(sheet, chosen, lines, width)
     short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width)
@@ -83,7 +84,7 @@ def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
     text, delimiter = sheet.text, sheet.delimiter
     lines = list(text.lines[start:])
     if delimiter == " ":
-        return [line.split() for line in lines]
+        return [split_blanks(line) for line in lines]
     if not any('"' in line for line in lines):
         return [line.split(delimiter) for line in lines]
     last = max((i for i, line in enumerate(lines) if line.strip()), default=-1)
@@ -319,6 +320,31 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
     return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
 
 
+def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> list[list[str]]:
+    """The rows, with a remark in their last cell put together where delimiters within it cut it: "max; unload" in two.
+
+    The last column is one of text, and the cells before it are numbers where those of the other rows are.
+    """
+    if width < 2 or delimiter == " " or all(len(row) <= width for row in rows):
+        return rows
+    fitting = [row for row in rows if len(row) == width]
+    last = {cell.strip() for cell in (row[-1] for row in fitting)} - {""}
+    if not fitting or any(map(_is_reading, last)):
+        return rows
+    numbers = [k for k in range(width - 1) if 2 * sum(_is_reading(row[k]) for row in fitting) > len(fitting)]
+    whole: list[list[str]] = []
+    for row in rows:
+        surplus = [c.strip() for c in row[width - 1 :]]
+        cut = len(row) > width and all(_is_reading(row[k]) for k in numbers) and not any(map(_is_reading, surplus))
+        cut = cut and any(surplus[0]) and any(surplus[1:])
+        whole.append([*row[: width - 1], f"{delimiter} ".join(surplus)] if cut else row)
+    return whole
+
+
+def _is_reading(cell: str) -> bool:
+    return is_numeric(cell) or is_clock(cell)
+
+
 _MOVED = (
     "Take the empty cell away if the others then go on from those of the rows beside them, or remove the row; where all rows "
     "begin so, put an empty cell before the names"
@@ -347,7 +373,8 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 sheet.text.path,
                 sheet.header_line or None,
                 widest + 1,
-                advice="Which names belong to which cells cannot be told: correct the header",
+                advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
+                "number, what it is and its unit: --columns force=... --units force=...",
             )
         )
     for row, line in zip(rows, lines.tolist(), strict=True):

@@ -9,6 +9,8 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
+from calib.lab.instruments.clock_cells import is_clock, is_date
+from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
@@ -16,9 +18,9 @@ from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import date_column
+from calib.lab.instruments.times import clocks_by_cells, date_column, unit_of_numbers
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names, why_unread
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, heading_as, understood_names, why_unread
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings, unread, notes, faults = _in_circuit(sheet, reading)
     unread.update({i: why for i, why in sheet.set_aside.items() if i < len(sheet.names)})
     headings = _without_stray_letters(sheet, headings, family, unread)
+    by_cells = _clocks_by_cells(sheet, headings, unread)
+    headings |= by_cells
     by_quantity: dict[str, list[PossibleColumn]] = {}
     for index, heading in headings.items():
         by_quantity.setdefault(heading.quantity, []).append(PossibleColumn(index, heading))
@@ -74,10 +78,59 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         faults += more.faults
         if best is not None:
             chosen[quantity] = best.index, best.heading
+            notes += [_by_cells_note(sheet, best.index)] if best.index in by_cells else []
             faults += _at_rest(sheet, quantity, candidates)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
+    notes += _may_be_a_time(sheet, chosen, unread)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
+
+
+def _clocks_by_cells(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int, str]) -> dict[int, Heading]:
+    """The headings of columns that are clocks by their cells, where no name is one of a time and the user says none is."""
+    if "time" in {h.quantity for h in headings.values()} or "time" in sheet.assigned.values():
+        return {}
+    left = [i for i in range(len(sheet.names)) if i not in headings and i not in unread and _says_nothing(sheet, i)]
+    return {i: heading_as("time", sheet.names[i], sheet.unit_below(i)) for i in clocks_by_cells(sheet, left)}
+
+
+def _says_nothing(sheet: Sheet, index: int) -> bool:
+    """Whether the name of a column tells nothing of what it is."""
+    reason = why_unread(sheet.names[index], sheet.unit_below(index)) if sheet.names[index] else ""
+    return reason in ("", "not understood", "names of the rows: not used")
+
+
+def _by_cells_note(sheet: Sheet, index: int) -> str:
+    dated = "-" in (first := in_figures(first_cell(sheet, index)).text) or "/" in first or first.count(".") > 1
+    what = "dates with times of day" if dated else "times of day"
+    return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
+
+
+# Of so many rows at least nearly all steps of a column that may be a time go up.
+_FEWEST_UP, _UP = 5, 0.98
+
+
+def _may_be_a_time(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: Mapping[int, str]) -> list[str]:
+    """The note on a column that may be the time of a table without one: it goes up from row to row, or holds dates."""
+    if "time" in chosen or "time" in sheet.assigned.values():
+        return []
+    for index in range(len(sheet.names)):
+        if index in sheet.set_aside or index not in unread or not _says_nothing(sheet, index):
+            continue
+        asked = str(Choice("columns", (sheet.name_for_asking(index),), "time"))
+        seen = [c for c in sheet.columns[index][:50] if c.strip()]
+        if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
+            return [f'no time is read; if "{_shown(sheet, index)}" is one: {asked}']
+        (values,) = readings([sheet.columns[index]], [1.0], sheet.declared_decimal)
+        steps = np.diff(values[np.isfinite(values)])
+        if steps.size < _FEWEST_UP or np.count_nonzero(steps > 0) < _UP * steps.size:
+            continue
+        count = bool(np.all(steps == 1))
+        unit = "" if count else unit_of_numbers(float(values[np.isfinite(values)][0]))
+        said = f"--units time={unit}" if unit else '--units "time=... s", the seconds that one count lasts'
+        what = "counts the rows" if count else "goes up from row to row"
+        return [f'no time is read; "{_shown(sheet, index)}" {what}; if it is to be the time: {asked} {said}']
+    return []
 
 
 def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) -> list[Fault]:

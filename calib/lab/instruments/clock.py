@@ -18,10 +18,11 @@ _DAY = 86400.0
 #: Rows that are out of order are so by less than this [s].
 _OUT_OF_ORDER = 3600.0
 _SAY = "Say what the parts of the time are: --units time="
-_DATES = "Write the dates as 2024-05-02, or export the time in seconds"
-_LOG = "Log the time in seconds"
-_UTC = "Log the time in seconds or in UTC, or split the file there"
-_SIXTY = "Log the time in seconds, or leave it out: --columns time=none"
+#: What is left to a user who can change nothing else.
+WITHOUT = "or leave the time out: --columns time=none"
+_DATES = f"Write the dates as 2024-05-02, export the time in seconds, {WITHOUT}"
+_LOG = f"Log the time in seconds, {WITHOUT}"
+_UTC = f"Log the time in seconds or in UTC, split the file there, {WITHOUT}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     told = clock_form(parsed, dates, form)
     if told.conflict:
         row = int(np.argmax(there))
-        advice = f"{_SAY}{told.likely}" if told.likely else _LOG
+        advice = f"{_SAY}{told.likely}, {WITHOUT}" if told.likely else _LOG
         return ClockTimes(np.full(n, np.nan), conflict=told.conflict, row=row, advice=advice)
     meant = told.form
     weights = FORMS[meant]
@@ -127,7 +128,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     sixty = leap_second(values, parts, zones)
     values = sixty.seconds
     if sixty.conflict and sixty.row is not None:
-        return ClockTimes(values, tuple(notes), sixty.conflict, sixty.row, _SIXTY)
+        return ClockTimes(values, tuple(notes), sixty.conflict, sixty.row, _LOG)
     if sixty.row is not None:
         notes.append(f'"{cells[sixty.row].strip()}" is a leap second: what is behind it is a second later than its clock says')
     conflict, row = _set_back(values, changing=changing)

@@ -9,6 +9,7 @@ from itertools import compress
 
 import numpy as np
 
+from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.numbers import odd_cells
 from models.sensor import FloatArray
 
@@ -24,6 +25,7 @@ _CLOCK = re.compile(
 _USUAL_CLOCK = rf"(?:{_DATE}[ T]+)?\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,]\d+)?"
 _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
 _DATED = re.compile(rf"{_DATE}[ T]+", re.ASCII)
+_DATE_ALONE = re.compile(rf"\s*{_DATE}\s*")
 _ZONE = re.compile(r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})$", re.ASCII)
 # Days, hours, minutes and seconds since the start.
 _FOUR_FIELDS = re.compile(r"^\s*(\d{1,4}):(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$", re.ASCII)
@@ -33,7 +35,17 @@ _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 def is_clock(cell: str) -> bool:
     """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01:250", "30:01.2"."""
     cell = cell.strip()
-    return len(cell) <= _LONGEST and any(form.match(cell) is not None for form in (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS))
+    if len(cell) > _LONGEST:
+        return False
+    forms = (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS)
+    return any(form.match(cell) is not None for form in forms) or any(
+        form.match(in_figures(cell).text) is not None for form in forms
+    )
+
+
+def is_full_clock(cell: str) -> bool:
+    """Whether a cell is a time of day, or one since a start, that is nothing else: of three parts, or of two with decimals."""
+    return is_clock(cell) and _TWO_FIELDS.match(cell) is None
 
 
 def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
@@ -52,8 +64,8 @@ def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
 
 
 def is_date(cell: str) -> bool:
-    """Whether a cell is a date and nothing else: "2024-05-02", "2.5.2024"."""
-    return re.fullmatch(rf"\s*{_DATE}\s*", cell) is not None
+    """Whether a cell is a date and nothing else: "2024-05-02", "2.5.2024", "2 May 2024"."""
+    return _DATE_ALONE.fullmatch(cell) is not None or _DATE_ALONE.fullmatch(in_figures(cell).text) is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +81,7 @@ class ClockParts:
     has_half : whether am or pm is written.
     long_hours : whether hours pass 24, as of a time since the start.
     days : whether most have a fourth part before the others, whose days stand in the hours.
+    spelled : whether words say what the parts count: "0 days 00:00:00.1", "PT0.1S", "14h03m07s".
     """
 
     parts: FloatArray
@@ -78,6 +91,7 @@ class ClockParts:
     has_half: bool
     long_hours: bool
     days: bool = False
+    spelled: bool = False
 
 
 def clock_parts(cells: Sequence[str]) -> ClockParts:
@@ -85,7 +99,7 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     n = len(cells)
     parts, fraction, zones = np.full((n, 3), np.nan), np.zeros(n), np.full(n, np.nan)
     dates = [""] * n
-    has_half, four = False, 0
+    has_half, four, spelled = False, 0, False
     cells, zone = _without_one_zone(cells)
     odd = not_clocks(cells, n) or []
     regular = np.ones(n, dtype=bool)
@@ -103,16 +117,20 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     if zone is not None:
         zones[:] = zone
     for i in odd:
-        match = _CLOCK.match(cells[i])
-        two = _TWO_FIELDS.match(cells[i])
+        cell = cells[i]
+        match, two = _CLOCK.match(cell), _TWO_FIELDS.match(cell)
+        if match is None and two is None and _FOUR_FIELDS.match(cell) is None:
+            figures = in_figures(cell)
+            cell, spelled = figures.text, spelled or figures.spelled
+            match = _CLOCK.match(cell)
         if match is None and two is None:
-            days = _FOUR_FIELDS.match(cells[i])
+            days = _FOUR_FIELDS.match(cell)
             if days is not None:
                 four += 1
                 parts[i] = 24 * int(days[1]) + int(days[2]), int(days[3]), float(days[4].replace(",", "."))
             continue
         if match is None:
-            first, second = cells[i].split(":")
+            first, second = cell.split(":")
             parts[i, :2] = int(first), int(second)
             continue
         hour = int(match["first"])
@@ -133,7 +151,7 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     hours = parts[np.isfinite(parts[:, 0]), 0]
     long_hours = not dated and not has_half and bool(np.any(hours > 23)) and bool(np.all(np.diff(hours) >= 0))
     has_days = 2 * four > n
-    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days)
+    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days, spelled)
 
 
 def _without_one_zone(cells: Sequence[str]) -> tuple[Sequence[str], float | None]:

@@ -30,14 +30,14 @@ class ClockForm:
 
 
 _HOURS = ClockForm("h:min:s")
-_HUNDREDTHS = "min:s:cs for hundredths"
+_HUNDREDTHS = "min:s:cs if it is hundredths"
 
 
 def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm:
     """Tell what the parts of times count, by what is said of it, else by what the cells prove.
 
-    Hours, minutes and seconds are proven by a date, am or pm, an offset from UTC, decimals, and by going on where a minute is
-    full. Times that begin within the first hour and fill no minute may be anything.
+    Hours, minutes and seconds are proven by words between them, a date, am or pm, an offset from UTC, decimals, and by going on
+    where a minute is full. Times that begin within the first hour and fill no minute may be anything.
 
     Parameters
     ----------
@@ -45,6 +45,8 @@ def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm
     dates : those of a column beside it, () without one.
     said : as `form_of_clock` gives it; "" if nobody says.
     """
+    if parsed.spelled and not said:
+        return _HOURS
     if parsed.days:
         return _four_parts(parsed, said)
     if said in FORMS:

@@ -17,6 +17,7 @@ from calib.lab.instruments.exchanged import exchanged
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
@@ -30,6 +31,7 @@ from calib.lab.instruments.size import implausible, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
+from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.unit_choice import contradicts, source_of_column, unit_in_words, unit_of_column
 from calib.lab.instruments.units import is_pound
@@ -92,8 +94,10 @@ def _among_all(table: LabTable, sheet: Sheet, asked: RowsAsked) -> LabTable:
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read all rows of a sheet."""
+    clock = with_subseconds(with_minus_before(sheet))
+    sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
-    notes, faults, unread = list(choice.notes), list(choice.faults), dict(choice.unread)
+    notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)
     validity = said_bad(sheet)
     sheet = replace(sheet, reasons={**validity.rows, **sheet.reasons})
     unread.update({i: why for i, why in validity.columns.items() if i in unread})
@@ -105,8 +109,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
-        clock = quantity == "time" and holds_clock(sheet.columns[index])
-        fault, factor = (None, 1.0) if clock else unit_of_column(sheet, index, heading, reading)
+        of_day = quantity == "time" and holds_clock(sheet.columns[index])
+        fault, factor = (None, 1.0) if of_day else unit_of_column(sheet, index, heading, reading)
         if fault is not None and quantity == "frequency":
             unread[index] = "it has no unit of frequency"
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
@@ -114,10 +118,10 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if fault is not None:
             faults.append(fault)
             without_unit.add(quantity)
-        elif not clock and (own := contradicts(sheet, index, heading, reading)):
+        elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
-        columns.append(ReadColumn(index, heading, factor, clock))
+        columns.append(ReadColumn(index, heading, factor, of_day))
         if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
             notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
         if heading.unit and words(heading.unit) == heading.name:

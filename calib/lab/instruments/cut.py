@@ -14,6 +14,7 @@ from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
+    ROW_NAMES,
     declared_decimal,
     declared_units,
     find_header,
@@ -22,6 +23,7 @@ from calib.lab.instruments.header import (
 )
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
+from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.rows import with_rows
@@ -39,6 +41,8 @@ _TITLES = 3
 _RESULTS = re.compile(r"result|ergebnis|résultat|risultat|wynik|结果|結果", re.IGNORECASE)
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
+# Lines below a header that show how many cells its rows have.
+_ROWS_BESIDE = 30
 
 
 def cut(text: LabText, reading: Reading) -> Sheet:
@@ -64,6 +68,11 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     found = find_header(text, reading)
+    listed = listed_header(text)
+    if listed is not None and (found is None or found[1] <= listed.above):
+        found = listed.delimiter, listed.above, list(listed.names)
+    else:
+        listed = None
     by_number = all(c.isdecimal() or c == "none" for c in reading.columns.values()) and any(
         map(str.isdecimal, reading.columns.values())
     )
@@ -71,6 +80,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         found = find_header(text, reading, numbers=True)
         if found is None or _named_otherwise(found[2], reading):
             return _without_header(text, reading)
+    if found is not None and listed is None and by_number and _is_beside_the_rows(text, *found):
+        return _without_header(text, reading)
     if found is None:
         raise InputError(no_header(text))
     delimiter, header, names = found
@@ -84,15 +95,23 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         tuple(names),
         below.units_line,
         below.units,
-        declared_units(text.lines[:header]),
+        declared_units(text.lines[: header if listed is None else listed.first]),
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
     above = _rows_above(sheet, reading)
-    if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
+    if listed is not None:
+        one = listed.first == listed.last
+        where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"
+        above = (*above, f"the names of the columns are those that {where} by number")
+    elif names[0] == ROW_NAMES and len(names) == len(split_line(text.lines[header], delimiter)) + 1:
+        above = (*above, f"rows have a cell more than line {header + 1}, the first, in quotes: their names, as R writes them")
+    elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     decided = _lines_that_decide(sheet, reading)
-    unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip() and i + 1 not in decided], "above the header")
+    names_at = range(header, header + 1) if listed is None else range(listed.first, listed.last + 1)
+    beside = [i for i in range(header + 1) if text.lines[i].strip() and i not in names_at and i + 1 not in decided]
+    unread = not_read(sheet, beside, "above the header" if listed is None else "above the rows")
     if any(index < 0 for index in assigned):
         above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
     whole_sheet = sheet
@@ -185,13 +204,14 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, 
         if wanted == "none" and wanted not in names:
             assigned[-1 - len(assigned)] = quantity  # no column is: none of those that are understood as it
             continue
+        matching = [i for i, name in enumerate(names) if name == wanted]
+        if not matching and wanted.isdecimal() and 1 <= int(wanted) <= len(names):
+            matching = [int(wanted) - 1]
         matching = (
-            [i for i, name in enumerate(names) if name == wanted]
+            matching
             or [i for i, name in enumerate(names) if words(name) == words(wanted)]
             or [i for i, name in enumerate(shown) if words(name) == words(wanted)]
         )
-        if not matching and wanted.isdecimal() and 1 <= int(wanted) <= len(names):
-            matching = [int(wanted) - 1]
         if len(matching) != 1:
             there = ", ".join(f'{i + 1} "{n}"' for i, n in enumerate(names))
             raise InputError(
@@ -240,6 +260,17 @@ def _named_otherwise(names: Sequence[str], reading: Reading) -> bool:
     said = {int(c) - 1: IN_PLACE_OF.get(q, q) for q, c in reading.columns.items() if c.isdecimal()}
     meant = {i: h for i, name in enumerate(names) if i in said and (h := understand(name)) is not None}
     return any(IN_PLACE_OF.get(h.quantity, h.quantity) != said[i] for i, h in meant.items())
+
+
+def _is_beside_the_rows(text: LabText, delimiter: str, header: int, names: Sequence[str]) -> bool:
+    """Whether a line of names has another number of cells than each row of numbers below it: its places are not the rows'."""
+    below = [line for line in text.lines[header + 1 :][:_ROWS_BESIDE] if line.strip()]
+    widths = {(len(row), mark) for line in below for mark in DELIMITERS if _is_of_numbers(row := split_line(line, mark))}
+    return bool(widths) and not any(mark == delimiter and n in (len(names), len(names) + 1) for n, mark in widths)
+
+
+def _is_of_numbers(row: Sequence[str]) -> bool:
+    return len(row) > 1 and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in row)
 
 
 def _without_header(text: LabText, reading: Reading) -> Sheet:

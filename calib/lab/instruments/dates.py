@@ -10,6 +10,7 @@ from itertools import compress
 
 import numpy as np
 
+from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
 
@@ -42,7 +43,8 @@ def days_since(dates: Sequence[str], values: FloatArray) -> Days:
         return Days(None, conflict="some times have a date and some have none")
     index: dict[str, int] = {}
     codes = np.array([index.setdefault(d.strip(), len(index)) for d in dates])
-    readings = {order: days for order in ("ymd", "dmy", "mdy") if (days := _ordinals(list(index), order)) is not None}
+    figures = [in_figures(d).text for d in index]
+    readings = {order: days for order in ("ymd", "dmy", "mdy") if (days := _ordinals(figures, order)) is not None}
     if not readings:
         return Days(None, conflict=f'"{next(iter(index))}" is no date')
     counted = {}

@@ -39,13 +39,25 @@ def split_line(line: str, delimiter: str) -> list[str]:
     ['', '1,000.06200', '0.5']
     """
     if delimiter == " ":
-        return line.split()
+        return split_blanks(line)
     if '"' in line:
         try:
             return [c.strip() for c in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
         except csv.Error:
             pass
     return [c.strip() for c in line.split(delimiter)]
+
+
+_QUOTED_OR_NOT = re.compile(r'"([^"]*)"(?=\s|$)|(\S+)')
+
+
+def split_blanks(line: str) -> list[str]:
+    """Cut a line at runs of blanks, but for those within quotes, as R writes the names of rows.
+
+    >>> split_blanks('"ball 1" 0.00 -0.0002'), split_blanks('5" rod')
+    (['ball 1', '0.00', '-0.0002'], ['5"', 'rod'])
+    """
+    return [m[1] if m[2] is None else m[2] for m in _QUOTED_OR_NOT.finditer(line)] if '"' in line else line.split()
 
 
 def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tuple[str, int, list[str]] | None:
@@ -162,7 +174,7 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
             yield cells
     if line.count('"') >= 4:
         # As R writes tables: names in quotes, blanks between them.
-        yield [a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', line)]
+        yield _with_row_names(split_blanks(line), delimiter, below)
     if re.search(r"\S\s{2,}\S", line.strip()):
         yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
     # A unit in brackets belongs to the name before it.
@@ -188,14 +200,18 @@ def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> l
 
 
 def _with_row_names(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:
-    """The cells with an empty one before them if every row begins with its number in quotes, as R writes it without a name."""
+    """The cells with a name before them if every row begins with one in quotes, as R writes the names of rows without a name.
+
+    The cells behind it are without quotes, as R writes numbers: where all are in quotes a name may be missing anywhere.
+    """
     rows = [line for line in below if line.strip()]
-    if rows and all(_ROW_NAME.match(line) and len(split_line(line, delimiter)) == len(cells) + 1 for line in rows):
-        return ["", *cells]
-    return cells
+    named = all(_ROW_NAME.match(line) and len(split_line(line, delimiter)) == len(cells) + 1 for line in rows)
+    return [ROW_NAMES, *cells] if rows and named else cells
 
 
-_ROW_NAME = re.compile(r'"\d+"')
+#: What the column of the names of rows is called, to which no header gives a name.
+ROW_NAMES = "row names"
+_ROW_NAME = re.compile(r'\s*"[^"]*"\s*[\s,;|]\s*[^"\s]')
 
 
 def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: Sequence[int]) -> int:

@@ -13,7 +13,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
-from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.units import is_unit_of
@@ -65,7 +65,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
-        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
+        counting = _counts_within(sheet.columns[index], values)
+        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index), counting=counting):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
@@ -184,7 +185,23 @@ def _lie_apart(codes: IntArray, v: FloatArray) -> bool:
     return abs(middle) > _STEPS * 1.4826 * float(np.median(np.abs(above - middle)))
 
 
-def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
+def _counts_within(cells: Sequence[str], values: Mapping[str, FloatArray]) -> bool:
+    """Whether a column counts the rows that share a time, as frames of a second, while the press goes on from row to row.
+
+    Channels of a scan count so, too, but share the place with the time.
+    """
+    if "time" not in values or "displacement" not in values or not all(map(_WHOLE.fullmatch, {c.strip() for c in cells[:50]})):
+        return False
+    numbers, place = to_numbers([c.strip() for c in cells], ".").values, np.abs(np.diff(values["displacement"]))
+    passed, steps = np.diff(values["time"]), np.diff(numbers)
+    within, over = (passed == 0) & np.isfinite(steps), passed > 0
+    if np.count_nonzero(within) < _FEWEST_TURNS or np.count_nonzero(over) < 2 or not np.all(steps[within] == steps[within][0]):
+        return False
+    moves = [float(np.nanmedian(place[of])) for of in (within, over)]
+    return bool(steps[within][0] > 0) and moves[0] > moves[1] / _STEPS > 0
+
+
+def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool, counting: bool = False) -> bool:
     """Whether the rows are of several records by a key: at its changes time falls, stands or pauses, or a reading jumps."""
     change = np.flatnonzero((codes[1:] != codes[:-1]) & (codes[1:] >= 0) & (codes[:-1] >= 0))
     if change.size == 0:
@@ -194,7 +211,8 @@ def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -
         step = np.diff(time)
         at = step[change]
         at, step = at[np.isfinite(at)], step[np.isfinite(step)]
-        if at.size and (np.mean(at < 0) >= 0.5 or (np.mean(at <= 0) >= 0.4 and np.mean(step <= 0) < 0.99)):
+        stands = not counting and np.mean(at <= 0) >= 0.4 and np.mean(step <= 0) < 0.99 if at.size else False
+        if at.size and (np.mean(at < 0) >= 0.5 or stands):
             return True
     if phases:
         return False

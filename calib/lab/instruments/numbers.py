@@ -16,7 +16,7 @@ OVER_RANGE = 9.9e37
 
 #: What may set thousands apart besides a mark, and signs; both for a character class of a pattern.
 SPACES = "'’ \u00a0\u202f\u2009"
-SIGNS = "+\\-\u2212"
+SIGNS = "+\\-\u2212\u2013"
 # Digits with any marks between them, and an exponent: a number in some notation.
 _NUMERIC = re.compile(rf"[{SIGNS}]?[\d.,{SPACES}]+(?:[eE][{SIGNS}]?\d+)?", re.ASCII)
 _LONGEST_NUMBER = 60
@@ -110,7 +110,7 @@ def parse_number(cell: str, decimal: str) -> float | None:
     """
     if len(cell) > _LONGEST_NUMBER or _NUMBER[decimal].match(cell) is None:
         return None
-    return float(_APART[decimal].sub("", cell).replace(",", ".").replace("\u2212", "-"))
+    return float(_APART[decimal].sub("", cell).replace(",", ".").replace("\u2212", "-").replace("\u2013", "-"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         regular[list(odd)] = False
         text = "\n".join(c for c, r in zip(cells, regular.tolist(), strict=True) if r) if odd else joined
         if not _PLAIN[decimal].fullmatch(text):
-            text = _APART[decimal].sub("", text).replace("\u2212", "-")
+            text = _APART[decimal].sub("", text).replace("\u2212", "-").replace("\u2013", "-")
         if len(odd) < n:
             values[regular] = np.array(text.replace(",", ".").split("\n"), dtype=np.float64)
         over = np.abs(values) >= OVER_RANGE

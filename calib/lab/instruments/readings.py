@@ -76,7 +76,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
     decimal : its decimal mark, "" for times of day.
     reading : what the user says of the file.
     """
-    name = sheet.names[column.index]
+    name = sheet.names[column.index] or f"column {column.index + 1}"
     rows: list[tuple[int, str]] = []
     notes: list[str] = []
     faults: list[Fault] = []

@@ -15,12 +15,13 @@ from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.blocks import SPECIMEN, block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import rows_going_on
-from calib.lab.instruments.header import split_line
+from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, parse_number
 from calib.lab.instruments.quotes import is_misquoted
+from calib.lab.instruments.results import results_below
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import shifted_rows
 from calib.lab.instruments.vocabulary import understand
@@ -74,6 +75,11 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     results = _of_results(table)
     sound = rows_going_on(sheet, table, moved, whole=True) | rows_going_on(sheet, table, results, whole=False)
     wide = shifted_rows(sheet, table) | {r: why for r, why in (moved | results).items() if r not in sound}
+    below = {r: why for r, why in results_below(sheet, table).items() if r not in wide}
+    wide |= below
+    tail = [
+        f"{len(below)} row(s) at the end are left out: line {int(table.lines[r])}, {why}" for r, why in [*below.items()][:1]
+    ]
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -84,7 +90,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         columns=tuple(column[:n_row] for column in table.columns),
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
-        notes=(*notes, *table.notes, *short),
+        notes=(*notes, *table.notes, *short, *tail),
         reasons={r: why for r, why in (wide | dict(table.reasons)).items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )
@@ -202,7 +208,7 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
     """
     delimiter, width = sheet.delimiter, len(sheet.names)
     if delimiter == " ":
-        return _cut_each(map(str.split, lines), delimiter, width, n_needed(sheet))
+        return _cut_each(map(split_blanks, lines), delimiter, width, n_needed(sheet))
     if not any(map(contains, lines, repeat('"'))):
         return _cut_at_once(lines, delimiter, width, n_needed(sheet))
     if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):

@@ -9,8 +9,8 @@ from itertools import islice
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.clock import ClockTimes, read_clock
-from calib.lab.instruments.clock_cells import is_date
+from calib.lab.instruments.clock import WITHOUT, ClockTimes, read_clock
+from calib.lab.instruments.clock_cells import is_date, is_full_clock, not_clocks
 from calib.lab.instruments.clock_form import form_of_clock
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.rivals import holds_clock
@@ -23,7 +23,8 @@ _EPOCH = (1.0e9, 4.2e9)
 _NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0))
 # No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
 _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
-_SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_DAY = 86_400.0
+_SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
 # Seconds that move no oftener than this among many rows are no clock's, but number something else.
@@ -34,7 +35,6 @@ _AHEAD, _GOES_ON = 10.0, 3.0
 _BACK, _PASSED, _BEHIND = 5.0, 0.2, 5
 _EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
 _WHICH = "Say the unit that is meant: --units time="
-_WITHOUT = "or leave the time out: --columns time=none"
 
 
 def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -> ClockTimes:
@@ -58,6 +58,29 @@ def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -
             advice="Say --units time=h:min:s, --units time=d:h:min:s, --units time=min:s or --units time=min:s:cs",
         )
     return read_clock(cells, sheet.columns[beside] if beside is not None else (), form)
+
+
+# Cells at either end of a column that show whether it holds times of day, and the share of all that may be damaged.
+_ENDS, _DAMAGED = 50, 0.02
+
+
+def clocks_by_cells(sheet: Sheet, columns: Sequence[int]) -> list[int]:
+    """Find the columns that are clocks by their cells, whatever they are called: times of day throughout, which move.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : that may be one, by index.
+    """
+    return [index for index in columns if _is_clock_throughout(sheet.columns[index])]
+
+
+def _is_clock_throughout(column: Sequence[str]) -> bool:
+    there = [c for c in (*column[:_ENDS], *column[-_ENDS:]) if c.strip()]
+    if not there or not all(map(is_full_clock, there)) or len(set(there)) < 2:
+        return False
+    odd = not_clocks(column, len(column)) or []
+    return sum(not is_full_clock(column[r]) for r in odd) <= _DAMAGED * len(column)
 
 
 def date_column(sheet: Sheet, clock: int) -> int | None:
@@ -102,32 +125,33 @@ def time_faults(
 
     lost = _lost_digits(cells, rows.tolist(), steps)
     if lost:
-        return fault(0, lost, f"Export the time with all its digits, such as 1780650000.125, {_WITHOUT}")
+        return fault(0, lost, f"Export the time with all its digits, such as 1780650000.125, {WITHOUT}")
     moves = np.flatnonzero(steps)
     if rows.size >= _FEWEST * (1 + moves.size) and moves.size <= (_FEW_MOVES if factor else 0):
         found = [f'"{cells[row].strip()}"' for row in rows[[0, *(moves + 1)]]]
         words = f"all times are {' or '.join(dict.fromkeys(found))}"
-        return fault(0, words, f"Export the time of each row, name another column of time, {_WITHOUT}")
+        return fault(0, words, f"Export the time of each row, name another column of time, {WITHOUT}")
     falls = np.flatnonzero(steps < 0)
     if rows.size >= _FEWEST and falls.size > max(1, _MOST_FALLS * steps.size):
         words = f"time falls at {falls.size} of {steps.size} rows, the first is this"
-        return fault(int(falls[0]) + 1, words, f"Name another column of time, {_WITHOUT}")
+        return fault(int(falls[0]) + 1, words, "Sort the rows by their time, or name another column of time")
     # The middle one, as a damaged row may hold anything.
     start, largest = float(np.median(time)), float(np.max(np.abs(time)))
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
-    if largest > _EPOCH[1]:
+    said_days = reading.units.get("time") is not None and factor == _DAY and any(low < number < high for low, high in _DAYS)
+    if largest > _EPOCH[1] and not said_days:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
         unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
         return fault(
             0,
             words,
-            f"{_WHICH}{unit} if they count from 1970, {_WITHOUT}" if unit else f"Export the time in seconds, {_WITHOUT}",
+            f"{_WHICH}{unit} if they count from 1970, {WITHOUT}" if unit else f"Export the time in seconds, {WITHOUT}",
         )
     if factor and _counts_clock(time / factor):
         words = f'"{written}" seems to be hours, minutes and seconds written as one number'
-        return fault(0, words, f"Export the time in seconds, {_WITHOUT}")
+        return fault(0, words, f"Export the time in seconds, {WITHOUT}")
     if "time" in reading.units:
         return []
     if factor != 1.0 and _NOW[0] < number < _NOW[1]:
@@ -136,13 +160,23 @@ def time_faults(
     few_days = pace < 0.01 and float(np.ptp(time)) < 3.0 * factor
     if few_days and any(low < number < high for low, high in _DAYS):
         words = f'"{written}" seems to be the days of a calendar, as spreadsheets count them'
-        return fault(0, words, f"If it is, say so by the unit of time (day), {_WITHOUT}")
+        return fault(0, words, f"If it is, say so by the unit of time (day), {WITHOUT}")
     span = float(np.ptp(time))
     absurd = usual < _FASTEST or span > _LONGEST or usual > 86_400 or (rows.size >= 2 * _FEWEST and span < _SHORTEST)
     if absurd and not _EPOCH[0] < start:
         words = f"steps of {usual:.3g} s and {span:.3g} s in all are no time of a press"
-        return fault(0, words, f"Say the unit that is meant, {_WITHOUT}")
+        return fault(0, words, f"Say the unit that is meant, {WITHOUT}")
     return []
+
+
+def unit_of_numbers(number: float) -> str:
+    """The unit in which a number is a time of our days, since 1970 or in the days of a calendar; "" if it is none.
+
+    >>> unit_of_numbers(1.7952e18), unit_of_numbers(740305.6), unit_of_numbers(12.5)
+    ('ns', 'day', '')
+    """
+    since_1970 = next((unit for unit, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "")
+    return since_1970 or ("day" if any(low < number < high for low, high in _DAYS) else "")
 
 
 def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
@@ -172,7 +206,10 @@ def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
         cell = sheet.columns[index][row].strip()
         why = "the clock was set back, or shows a second twice" if back else "the time begins anew, or a counter overflowed"
         message = f'column "{sheet.names[index]}": "{cell}" is {-steps[k]:.3g} s before the row above: {why}'
-        advice = f"Save what is before and behind it as two files, export a time that goes on, {_WITHOUT}"
+        # Rows of two records, one behind the other, are no more of one when the time is left out.
+        advice = "Save what is before and behind it as two files, or export a time that goes on" + (
+            f", {WITHOUT}" if back else ""
+        )
         return [Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)]
     return []
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
@@ -17,6 +18,10 @@ _USUAL = {
     "force": ("N", "mN", "kN", "kgf", "lbf"),
     "capacitance": ("pF", "nF", "fF", "F"),
 }
+
+
+# Cells of a time of which none is a number: no unit makes one of them.
+_SEEN = 50
 
 
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
@@ -65,6 +70,12 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f"Say the unit with the factor that makes it right, or the unit alone if they are right: --units {shown}=...",
         )
     said = [unit for unit in (inside, below, declared) if unit]
+    words = next((c.strip() for c in sheet.columns[index] if c.strip() and not is_missing(c)), "") if not said else ""
+    if quantity == "time" and words and not any(map(is_numeric, sheet.columns[index][:_SEEN])):
+        return fault(
+            f'column "{name}" holds no times that are understood: "{words[:40]}"',
+            'Write them as "2024-05-02 12:30:01.5" or in seconds, or leave the time out: --columns time=none',
+        )
     if not said:
         needed = quantity in (*NEEDS_UNIT, "frequency")
         return fault(f'column "{name}" has no unit', example, any_usual) if needed else (None, 1.0)

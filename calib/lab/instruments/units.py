@@ -41,6 +41,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "segundo segundos secondi sekunda sekundy seg sn saniye mp másodperc sekuntia sekunder с сек 秒 초",
             "ms": "ms msec msecs millisecond milliseconds Millisekunden мс 毫秒 ミリ秒 밀리초",
             "us": "us µs microseconds",
+            "ns": "ns nanoseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
             "day": "d day days Tag Tage jour jours día días giorni dni 天 日",
             "hour": "h hr hrs hour hours Hour Hours Stunden heures horas ore godziny 小时 時間 시간",

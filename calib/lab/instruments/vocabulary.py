@@ -81,6 +81,7 @@ _KNOWN_BY_WORDS = (
     (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
     (r"speed|velocity|rate|geschwindigkeit|vitesse", "a rate: not used"),
     (r"energy|work|energie|arbeit", "an energy: not used"),
+    (r"^row ?names?$", "names of the rows: not used"),
 )
 # Names of one letter mean many things; their unit decides.
 _STRAIN = re.compile(r"%|mm/mm|m/m|in/in|strain|[µu]ε|[µu]strain")

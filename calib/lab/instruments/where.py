@@ -138,8 +138,8 @@ def column_called(sheet: Sheet, wanted: str) -> int | None:
     """
     ways = (
         [i for i, name in enumerate(sheet.names) if name == wanted],
-        [i for i, name in enumerate(sheet.names) if words(name) == words(wanted)],
         [int(wanted) - 1] if wanted.isdecimal() and 1 <= int(wanted) <= len(sheet.names) else [],
+        [i for i, name in enumerate(sheet.names) if words(name) == words(wanted)],
         [i for i, name in enumerate(sheet.names) if words(name.split("(")[0].split("[")[0]) == words(wanted) != ""],
     )
     found = next((way for way in ways if way), [])

@@ -18,6 +18,7 @@ May = Literal["must_read", "must_refuse", "may_refuse"]
 P = press(120, seed=111)
 NOON = datetime(2024, 5, 1, 12, 0, 0)
 STEADY = tuple(100 * i for i in range(120))  # [ms]
+_TIMELESS = Reading(columns={"time": "none"})
 
 
 def _known(rows: Sequence[int], ms: Sequence[int] | None) -> Truth:
@@ -41,13 +42,14 @@ def _clock(
     reading: Reading = AS_FOUND,
     tolerance: float = 2e-6,
     known: bool = True,
+    timeless: bool = False,
     above: tuple[str, ...] = (),
     end: str = "\n",
     why: str = "",
 ) -> Case:
     """A tester's record whose time is written as `stamps` and is `ms` milliseconds; the header may name several columns.
 
-    What is not `known` must be refused as a time, together with the file or alone.
+    What is not `known` must be refused as a time, together with the file or alone; what is `timeless` can be left out as asked.
     """
     d, f = (tuple(x.replace(".", ",") for x in c) if sep == ";" else c for c in (P.d, P.f))
     lines, rows = lines_of([head, "Extension (mm)", "Load (N)"], [stamps, d, f], sep=sep, above=above)
@@ -61,7 +63,7 @@ def _clock(
         named=named if known else (head,),
         told=told,
         blame=blame or (head, "time"),
-        ways_out=tuple((way, _known(rows, ms)) for way in ways),
+        ways_out=(*((way, _known(rows, ms)) for way in ways), *([(_TIMELESS, _known(rows, None))] if timeless else [])),
         time_tolerance=tolerance,
         why=why,
     )
@@ -122,6 +124,7 @@ def _dates() -> Iterator[Case]:
         _stamps(paused, "%d/%m/%Y %H:%M:%S.%f1"),
         paused,
         "may_refuse",
+        timeless=True,
         told=("day|month",),
         why="01/05, then 02/05: a day or a month later",
     )
@@ -172,6 +175,7 @@ def _dates() -> Iterator[Case]:
         _stamps(STEADY, "%I:%M:%S.%f1", one),
         STEADY,
         "may_refuse",
+        timeless=True,
         told=("12:59|01:00|1:00|hour|hours|midnight|half",),
         why="12:59:59.9, then 01:00:00.0: no midnight is between",
     )
@@ -210,6 +214,7 @@ def _offsets() -> Iterator[Case]:
         [tenths(t, "%Y-%m-%d %H:%M:%S") for t in times],
         STEADY,
         "may_refuse",
+        timeless=True,
         why="02:59:59.9, then 02:00:00.0 of the same date",
         told=("hour|hours|summer|falls|back",),
     )
@@ -219,6 +224,7 @@ def _offsets() -> Iterator[Case]:
         [tenths(t, "%H:%M:%S") for t in times],
         STEADY,
         "may_refuse",
+        timeless=True,
         why="an hour back is no midnight",
         told=("hour|hours|summer|falls|back",),
     )
@@ -228,6 +234,7 @@ def _offsets() -> Iterator[Case]:
         [tenths(t, "%Y-%m-%d %H:%M:%S") + (" CEST" if t < turn else " CET") for t in times],
         STEADY,
         "may_refuse",
+        timeless=True,
     )
     mixed = [
         tenths(t, iso) + zone(t) if i < 60 else t.strftime(iso) + f".{t.microsecond // 100000}Z" for i, t in enumerate(times)
@@ -285,6 +292,7 @@ def _colons() -> Iterator[Case]:
         [f"12:00:{x // 1000:02d}.{x % 1000}" for x in unpadded],
         unpadded,
         "may_refuse",
+        timeless=True,
         why="1.50 is 50 ms, 1.100 is 100 ms: as decimals time falls",
     )
     yield _clock(
@@ -368,7 +376,7 @@ def _colons() -> Iterator[Case]:
 
 def _numbers() -> Iterator[Case]:
     epoch = 1_714_557_600_000
-    s, ms = Reading(units={"time": "s"}), Reading(units={"time": "ms"})
+    s, ms, ns = (Reading(units={"time": unit}) for unit in ("s", "ms", "ns"))
     full = [f"{(epoch + x) // 1000}.{x % 1000:03d}" for x in STEADY]
     whole = [str(epoch + x) for x in STEADY]
     yield _clock(
@@ -395,7 +403,9 @@ def _numbers() -> Iterator[Case]:
         ways=(Reading(units={"time": "us"}),),
         tolerance=1e-3,
     )
-    yield _clock("epoch_nanoseconds_under_s", "Time (s)", [x + "000000" for x in whole], STEADY, "must_refuse", known=False)
+    yield _clock(
+        "epoch_nanoseconds_under_s", "Time (s)", [x + "000000" for x in whole], STEADY, "must_refuse", known=False, ways=(ns,)
+    )
     yield _clock("epoch_minutes_name", "Time (min)", full, STEADY, "must_refuse", known=False, ways=(s,))
     yield _clock("epoch_seconds", "Timestamp(s)", full, STEADY, "must_read", kind=BENIGN)
     yield _clock("epoch_milliseconds", "Time (ms)", whole, STEADY, "must_read", kind=BENIGN)

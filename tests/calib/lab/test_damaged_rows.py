@@ -229,10 +229,17 @@ def test_a_line_that_decides_how_the_file_is_read_is_none_that_is_not_read(
 
 def test_the_time_is_not_advised_to_be_left_out_where_nothing_else_ties_the_readings(tmp_path: Path) -> None:
     for head, leads_out in (("Time (s),Cp (pF)", False), ("Time (s),Cp (pF),Load (N)", True)):
-        lines = [f"{0.1 * (N - i):.1f},{97 + f:.4f},{f:.4f}" for i, f in enumerate(F)]
-        with pytest.raises(InputError, match="time falls") as error:
+        lines = [f"0.1,{97 + f:.4f},{f:.4f}" for f in F]
+        with pytest.raises(InputError, match="all times are") as error:
             read(tmp_path, [line if leads_out else line.rsplit(",", 1)[0] for line in lines], head)
         assert ("time=none" in str(error.value)) == leads_out
+
+
+def test_the_time_is_not_advised_to_be_left_out_where_it_shows_that_rows_are_out_of_sequence(tmp_path: Path) -> None:
+    lines = [f"{0.1 * (N - i):.1f},{97 + f:.4f},{f:.4f}" for i, f in enumerate(F)]
+    with pytest.raises(InputError, match="time falls") as error:
+        read(tmp_path, lines, "Time (s),Cp (pF),Load (N)")
+    assert "time=none" not in str(error.value)
 
 
 def test_rows_that_are_written_twice_count_once(tmp_path: Path) -> None:

@@ -109,7 +109,8 @@ def test_row_names_of_r_have_no_name_in_the_header_and_are_told_by_their_quotes(
     lines = ['"time_s","depth_mm","force_N"', *(f'"{k}",{row}' for k, row in enumerate(rows(*PRESS), 1))]
     table = read(tmp_path, lines)
     assert_press(table)
-    assert unread(table)["column 1"] == "without a name"
+    assert unread(table)['column 1 "row names"'] == "names of the rows: not used"
+    assert any("as R writes them" in note for note in table.notes)
     # Without quotes the fourth cell may as well be what has no name.
     assert "the row has 4 cells, the header has 3" in refusal(tmp_path, [line.replace('"', "") for line in lines])
 

@@ -1,0 +1,98 @@
+"""From the rows of a table to the last ones that are no readings: results without a word, drawn from the rows above them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calib.lab.instruments.lines import Table
+from calib.lab.instruments.numbers import is_numeric, to_numbers
+from calib.lab.instruments.sheet import Sheet
+from models.sensor import FloatArray
+
+# Rows of results at most, and of the record at least.
+_MOST, _FEWEST = 8, 12
+# How far a result may be off beside half of its last digit.
+_ROUNDED = 1e-6
+#: Results that only a row of results holds in all columns; the largest and the smallest of all may be a reading's, too.
+_OF_NO_READING = ("mean", "sd", "median", "sum", "range")
+
+
+def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
+    """Find rows at the end that are not of the record: behind a blank line time goes back, or they are results of those above.
+
+    Rows are results if each holds one statistic of every column of numbers, such as the mean, be it behind a blank line or
+    where time goes back; the largest and the smallest of all are such beside another alone, as the last of a press may be them.
+
+    Parameters
+    ----------
+    sheet, table : the record, and its rows.
+
+    Returns
+    -------
+    Row from 0 -> why it is not usable.
+    """
+    n_row = len(table.lines)
+    time = next((i for i in range(len(sheet.names)) if sheet.plain_heading(i).quantity == "time"), None)
+    for first in range(max(n_row - _MOST, _FEWEST), n_row):
+        apart = int(table.lines[first]) > int(table.lines[first - 1]) + 1
+        back = time is not None and _falls(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
+        if not apart and not back:
+            continue
+        rows = range(first, n_row)
+        found = _results(table, first, sheet.declared_decimal)
+        if len(found) == len(rows) and any(what in _OF_NO_READING for what in found.values()):
+            return {row: f"a row of results: the {found[row]} of the rows above" for row in rows}
+        if apart and back:
+            return dict.fromkeys(rows, "behind a blank line time goes back: no row of the record above")
+    return {}
+
+
+def _numbers(cells: Sequence[str], decimal: str) -> FloatArray:
+    """The numbers of cells in the notation that makes most of them numbers, nan where there is none."""
+    tried = [to_numbers([c.strip() for c in cells], mark).values for mark in ([decimal] if decimal else [".", ","])]
+    return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
+
+
+def _falls(cells: Sequence[str], decimal: str) -> bool:
+    above, below = _numbers(cells, decimal)
+    return bool(below < above)
+
+
+def _results(table: Table, first: int, decimal: str) -> dict[int, str]:
+    """The rows from `first` on that hold the same statistic of the rows above in every column of numbers, and which."""
+    wanted: dict[int, dict[str, bool]] = {row: {} for row in range(first, len(table.lines))}
+    counted = 0
+    for column in table.columns:
+        numbers = _numbers(column, decimal)
+        above = numbers[:first][np.isfinite(numbers[:first])]
+        if above.size < _FEWEST or np.ptp(above) == 0:
+            continue
+        counted += 1
+        drawn = _drawn(above)
+        for row, fits in wanted.items():
+            for name, values in drawn.items():
+                fits[name] = fits.get(name, True) and _is_one_of(column[row], float(numbers[row]), values)
+    if counted < 2:
+        return {}
+    named = {row: next((name for name, fits in found.items() if fits), "") for row, found in wanted.items()}
+    return {row: name for row, name in named.items() if name}
+
+
+def _drawn(values: FloatArray) -> Mapping[str, tuple[float, ...]]:
+    """What may be drawn from readings."""
+    return {
+        "mean": (float(np.mean(values)),),
+        "sd": (float(np.std(values)), float(np.std(values, ddof=1))),
+        "median": (float(np.median(values)),),
+        "sum": (float(np.sum(values)),),
+        "range": (float(np.ptp(values)),),
+        "maximum": (float(np.max(values)),),
+        "minimum": (float(np.min(values)),),
+    }
+
+
+def _is_one_of(cell: str, number: float, values: Sequence[float]) -> bool:
+    digits = len(cell.strip().replace(",", ".").rpartition(".")[2]) if ("." in cell or "," in cell) and is_numeric(cell) else 0
+    return any(abs(number - value) <= 0.51 * 10.0**-digits + _ROUNDED * abs(value) for value in values)

@@ -1,0 +1,183 @@
+"""Rows that are none, and headers elsewhere: results below the rows, columns listed in comments, names of rows, remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from calib.errors import InputError
+from calib.lab import AS_FOUND, LabTable, Reading, read_lab_file
+
+N = 81
+PLACE = [0.01 * min(i, N - 1 - i) for i in range(N)]
+PRESS = np.array([(0.1 * i, x, 1.5 * max(0.0, x - 0.1) ** 1.5, 97 + max(0.0, x - 0.1)) for i, x in enumerate(PLACE)])
+HEAD = "Time (s),Extension (mm),Load (N),Cp (pF)"
+BY_NUMBER = Reading(
+    columns={"time": "1", "displacement": "2", "force": "3", "capacitance": "4"},
+    units={"time": "s", "displacement": "mm", "force": "N", "capacitance": "pF"},
+)
+
+
+def lines(rows: npt.ArrayLike, sep: str = ",") -> list[str]:
+    return [sep.join(f"{v:.4f}" for v in row) for row in np.asarray(rows)]
+
+
+def read(folder: Path, written: Sequence[str], reading: Reading = AS_FOUND) -> LabTable:
+    path = folder / "lab.txt"
+    path.write_text("\n".join([*written, ""]), encoding="utf-8")
+    return read_lab_file(path, reading)
+
+
+def assert_press(table: LabTable, n: int = N, *, time: bool = True) -> None:
+    for k, (quantity, unit) in enumerate((("time", 1.0), ("displacement", 1e-3), ("force", 1.0), ("capacitance", 1e-12))):
+        if time or quantity != "time":
+            np.testing.assert_allclose(table.columns[quantity][:n], unit * PRESS[:n, k], atol=1e-4 * unit)
+    assert not any(table.reasons[:n])
+
+
+# --- results below the rows ------------------------------------------------------------------------------------------
+
+RESULTS = [PRESS.mean(0), PRESS.std(0, ddof=1), PRESS.max(0), PRESS.min(0)]
+
+
+@pytest.mark.parametrize(("gap", "time"), [([""], "1"), ([""], "none"), ([], "1"), ([], "none")])
+def test_results_without_a_word_below_the_rows_are_named_and_not_used(tmp_path: Path, gap: list[str], time: str) -> None:
+    reading = AS_FOUND if time == "1" else Reading(columns={"time": "none"})
+    table = read(tmp_path, [HEAD, *lines(PRESS), *gap, *lines(RESULTS)], reading)
+    assert_press(table, time=time == "1")
+    assert [reason.split(": the ")[1].split()[0] for reason in table.reasons[N:]] == ["mean", "sd", "maximum", "minimum"]
+    assert any("4 row(s) at the end are left out" in note for note in table.notes)
+
+
+def test_results_behind_a_blank_line_are_known_without_a_time(tmp_path: Path) -> None:
+    table = read(tmp_path, [HEAD.split(",", 1)[1], *lines(PRESS[:, 1:]), "", *lines([r[1:] for r in RESULTS[:2]])])
+    assert all(reason.startswith("a row of results") for reason in table.reasons[N:])
+    assert not any(table.reasons[:N])
+
+
+def test_few_rows_behind_a_blank_line_where_time_goes_back_are_left_out(tmp_path: Path) -> None:
+    table = read(tmp_path, [HEAD, *lines(PRESS), "", *lines(PRESS[:3])])
+    assert set(table.reasons[N:]) == {"behind a blank line time goes back: no row of the record above"}
+
+
+def test_last_readings_behind_a_blank_line_are_readings(tmp_path: Path) -> None:
+    for n_behind in (1, 2):
+        rows = lines(PRESS[:41])
+        for head, written in ((HEAD, rows), (HEAD.split(",", 1)[1], [row.split(",", 1)[1] for row in rows])):
+            table = read(tmp_path, [head, *written[:-n_behind], "", *written[-n_behind:]])
+            assert not any(table.reasons)
+
+
+def test_a_second_record_behind_a_blank_line_is_refused_and_leaving_the_time_out_is_not_advised(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"begins anew.*as two files") as error:
+        read(tmp_path, [HEAD, *lines(PRESS), "", *lines(PRESS)])
+    assert "time=none" not in str(error.value)
+
+
+# --- columns listed by number ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sep", [" ", "\t", ","])
+@pytest.mark.parametrize(
+    "listed",
+    [
+        ["# Ball press of 20.11.2026", "# Columns: 1: time (s) 2: z (mm) 3: force (N) 4: C (pF)"],
+        ["# 1:time_s 2:z_mm 3:force_N 4:C_pF"],
+        ["% columns = [1] time (s), [2] z (mm), [3] Load 2 (N), [4] C (pF)"],
+        ["# col 1: time, s", "# col 2: displacement, mm", "# col 3: force, N", "# col 4: capacitance, pF"],
+        ["# 0 time [s]", "# 1 displacement [mm]", "# 2 force [N]", "# 3 C [pF]", "#", "# begin of the data"],
+        ["column 1 = Time (s)", "column 2 = Extension (mm)", "column 3 = Load (N)", "column 4 = Cp (pF)"],
+    ],
+)
+def test_columns_that_comments_list_by_number_have_these_names(tmp_path: Path, sep: str, listed: list[str]) -> None:
+    table = read(tmp_path, [*listed, *lines(PRESS, sep)])
+    assert_press(table)
+    assert any("by number" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "listed",
+    [
+        ["# Columns: 1: time (s) 2: z (mm) 3: force (N)"],
+        ["# col 1: time, s", "# col 2: displacement, mm", "# col 3: force, N"],
+        ["# 1. ball", "# 2. time (s)", "# 3. sensor"],
+    ],
+)
+def test_a_list_of_another_number_of_columns_is_refused_and_numbers_lead_out(tmp_path: Path, listed: list[str]) -> None:
+    written = [*listed, *lines(PRESS, " ")]
+    with pytest.raises(InputError):
+        read(tmp_path, written)
+    assert_press(read(tmp_path, written, BY_NUMBER))
+
+
+def test_numbered_remarks_above_a_header_are_no_names(tmp_path: Path) -> None:
+    table = read(tmp_path, ["# 1: time of the day (s)", "# 2: force of habit (N)", HEAD, *lines(PRESS)])
+    assert_press(table)
+    assert table.sources["force"] == "Load (N)"
+
+
+def test_a_number_means_the_place_where_no_column_has_it_as_its_name(tmp_path: Path) -> None:
+    head = "4: time (s),3. place (mm),2: x (N),1: c (pF)"
+    assert_press(read(tmp_path, [head, *lines(PRESS)], BY_NUMBER))
+
+
+# --- names of rows ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sep", [" ", ",", "\t"])
+@pytest.mark.parametrize("name", ["{}", "ball {}", "r{}"])
+def test_names_of_rows_as_r_writes_them_have_no_name_in_the_header(tmp_path: Path, sep: str, name: str) -> None:
+    head = sep.join(f'"{word}"' for word in ("time_s", "disp_mm", "force_N", "cap_pF"))
+    rows = [f'"{name.format(k)}"{sep}{row}' for k, row in enumerate(lines(PRESS, sep), 1)]
+    table = read(tmp_path, [head, *rows])
+    assert_press(table)
+    assert any(unread.what == 'column 1 "row names"' for unread in table.unread)
+    assert any("as R writes them" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_a_cell_more_than_names_is_refused_where_nothing_sets_the_first_apart(tmp_path: Path, quote: str) -> None:
+    rows = [",".join(f"{quote}{cell}{quote}" for cell in (str(k), *row.split(","))) for k, row in enumerate(lines(PRESS), 1)]
+    with pytest.raises(InputError, match="has 5 cells, the header has 4"):
+        read(tmp_path, [HEAD, *rows])
+
+
+def test_names_of_rows_that_are_clocks_are_the_time(tmp_path: Path) -> None:
+    rows = [f'"2026-11-20 14:{i // 60:02d}:{i % 60:02d}" {row}' for i, row in enumerate(lines(PRESS[:, 1:], " "))]
+    table = read(tmp_path, ['"disp_mm" "force_N" "cap_pF"', *rows])
+    np.testing.assert_array_equal(np.diff(table.columns["time"]), 1.0)
+
+
+# --- remarks and signs -----------------------------------------------------------------------------------------------
+
+
+def test_a_remark_with_a_delimiter_in_it_is_put_together(tmp_path: Path) -> None:
+    rows = [f"{row};{'turn; unload; slow' if i == 40 else ''}" for i, row in enumerate(lines(PRESS, ";"))]
+    assert_press(read(tmp_path, [f"{HEAD.replace(',', ';')};Comment", *rows]))
+
+
+@pytest.mark.parametrize("remark", ["max;3.9", "0.5;max"])
+def test_a_surplus_cell_that_is_a_number_is_no_part_of_a_remark(tmp_path: Path, remark: str) -> None:
+    rows = [f"{row};{remark if i == 40 else ''}" for i, row in enumerate(lines(PRESS, ";"))]
+    with pytest.raises(InputError, match="has 6 cells, the header has 5"):
+        read(tmp_path, [f"{HEAD.replace(',', ';')};Comment", *rows])
+
+
+@pytest.mark.parametrize("form", ["{}-", "({})", "\u2013{}", "\u2212{}", "-{}"])
+def test_negative_numbers_are_read_with_any_minus(tmp_path: Path, form: str) -> None:
+    rows = [",".join([t, x, form.format(f) if float(f) else f, c]) for t, x, f, c in (row.split(",") for row in lines(PRESS))]
+    table = read(tmp_path, [HEAD, *rows])
+    np.testing.assert_allclose(table.columns["force"], -PRESS[:, 2], atol=1e-4)
+    assert any("is read as -" in note for note in table.notes) == (form in ("{}-", "({})"))
+
+
+def test_a_bracket_beside_another_odd_cell_is_no_sign(tmp_path: Path) -> None:
+    rows = [row.split(",") for row in lines(PRESS)]
+    for i in (30, 31, 32, 33):
+        rows[i][2] = f"({rows[i][2]})" if i < 33 else "1.2.34"
+    with pytest.raises(InputError, match="is not a number"):
+        read(tmp_path, [HEAD, *map(",".join, rows)])
