@@ -163,7 +163,8 @@ def _factors_of(line: str) -> tuple[str, ...]:
 
 def _factors_of_parts(line: str) -> tuple[str, ...]:
     """Of which quantities the parts of a line state factors: each its own, or of what the part before it named."""
-    scaled, named, found = False, "", []
+    scaled, named = False, ""
+    found: list[str] = []
     for part in (p.strip() for p in _PARTS.split(line)):
         word = _SCALE_WORD.search(part)
         if _OTHERS.search(part):
@@ -172,22 +173,20 @@ def _factors_of_parts(line: str) -> tuple[str, ...]:
         match, alone = _PART.match(part), _TIMES.fullmatch(part)
         quantity = quantity_of(match["what"] if match is not None else part)
         scaled = scaled or (word is not None and _RANGE_WORD.search(word[0]) is None)
-        if alone is not None and quantity_of(alone["before"]) is not None:
-            found += [quantity_of(alone["before"])] if not _is_one(alone["number"] or alone["first"]) else []
-        elif scaled and match is not None:
-            of = (
-                quantity
-                or quantity_of(f"{match['tail']} {match['rest']}")
-                or ("" if match["what"].strip(" :=([") and not word else named)
-            )
-            plain = (
-                match["tail"].lower().rstrip(")],") in ("", "x", "×", "db", "times", "fold", "fach", "mal", "#")
-                or "(" in match["tail"]
-            )
-            if of and plain and not _is_one(match["number"]):
-                found.append(of)
+        if alone is not None and (own := quantity_of(alone["before"])) is not None:
+            found += [] if _is_one(alone["number"] or alone["first"]) else [own]
+        elif scaled and match is not None and not _is_one(match["number"]) and _is_no_unit(match["tail"]):
+            # A cell by itself, or a number behind "scale", is of what the part before named.
+            before = named if word is not None or not match["what"].strip(" :=([") else ""
+            of = quantity or quantity_of(f"{match['tail']} {match['rest']}") or before
+            found += [of] if of else []
         named = quantity or named
     return tuple(found)
+
+
+def _is_no_unit(tail: str) -> bool:
+    """Whether what stands behind a number leaves it a factor."""
+    return tail.lower().rstrip(")],") in ("", "x", "×", "db", "times", "fold", "fach", "mal", "#") or "(" in tail
 
 
 def _is_one(number: str) -> bool:
