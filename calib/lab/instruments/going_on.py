@@ -52,7 +52,8 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
         if not all(_is_in_order(v, at, before, after) for v in times):
             return False
         near = [_is_near(v, at, before + after) for v in others]
-        if whole or not times or not (before and after):
+        between = bool(before and after) and all(v[at - 1] < v[at] < v[at + 1] for v in times)
+        if whole or not times or not between:
             return all(near) and all(_is_near(v, at, before + after) for v in times)
         return any(near) or not near
 

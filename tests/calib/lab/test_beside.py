@@ -78,6 +78,15 @@ def test_rows_of_results_are_none_that_go_on(tmp_path: Path, time: float | None)
     assert all(above.reasons[:-N])
 
 
+@pytest.mark.parametrize("word", ["Max", "Mean"])
+def test_results_of_a_cycle_at_the_time_of_its_last_row_are_none_that_go_on(tmp_path: Path, word: str) -> None:
+    result = [ROWS[PEAK][0], 0.5 * DEPTH[PEAK], 1.1 * FORCE[PEAK], word]
+    rows = [[*row, None] for row in ROWS]
+    table = read_lab_file(as_csv(tmp_path / "a.csv", [[*NAMES, "Remark"], *rows[: PEAK + 1], result, *rows[PEAK + 1 :]]))
+    assert table.reasons[PEAK + 1]
+    assert sum(map(bool, table.reasons)) == 1
+
+
 def test_the_largest_readings_below_a_record_without_times_are_a_row_of_results(tmp_path: Path) -> None:
     half = [[row[1], row[2], None] for row in ROWS[: N // 2]]
     table = read_lab_file(
