@@ -6,7 +6,7 @@ import re
 import unicodedata
 
 from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
-from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
@@ -42,6 +42,8 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
+_LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
@@ -52,15 +54,39 @@ _LETTER = re.compile(r"[A-H]")
 def tidy(cell: str) -> str:
     """A header cell without the mark of a comment before it and with the usual characters for those that look the same.
 
-    >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s.")
-    ('Load(N)', 'Compressive load (N)', 'Max..N..s.')
+    >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s."), tidy("CAP_PF")
+    ('Load(N)', 'Compressive load (N)', 'Max..N..s.', 'CAP_pF')
     """
-    cell = unicodedata.normalize("NFKC", cell.strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = usual_case(cell)
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
     cell = _FILTERED.sub("filtered", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
+
+
+def usual_case(cell: str, below: str | None = None) -> str:
+    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where all else is in capitals, too.
+
+    Parameters
+    ----------
+    cell : of the header.
+    below : the unit below it; None if the cell's own unit is meant.
+
+    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("C (PF)"), usual_case("FORCE (MN)")
+    ('CAP (pF)', 'pF', 'Cap (PF)', 'C (PF)', 'FORCE (MN)')
+    """
+    if below is not None:
+        return (_all_capitals(cell) and from_capitals(below)) or below
+    match = _LAST_WORD.fullmatch(cell)
+    usual = from_capitals(match["unit"]) if match is not None and _all_capitals(match["name"]) else ""
+    return f"{match['name']}{usual}{match['behind']}" if match is not None and usual else cell
+
+
+def _all_capitals(name: str) -> bool:
+    letters = [c for c in name if c.isalpha()]
+    return len(letters) > 1 and name == name.upper() and name != name.lower()
 
 
 def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:

@@ -31,8 +31,7 @@ from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.times import begins_anew, copied_rows
-from calib.lab.instruments.unit_choice import source_of_column, unit_in_words, unit_of_column
-from calib.lab.instruments.units import is_pound
+from calib.lab.instruments.unit_choice import source_of_column, unit_in_words, unit_of_column, weight_in_words
 from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
@@ -115,8 +114,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             faults.append(fault)
             without_unit.add(quantity)
         columns.append(ReadColumn(index, heading, factor, clock))
-        if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
-            notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
+        notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
         if heading.unit and words(heading.unit) == heading.name:
             notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
         if heading.unit_doubt and fault is None:

@@ -19,7 +19,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "time": (
                 "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
                 "time stamp | measurement time | elapsed | time since start | unix time | unix timestamp | epoch",
-                "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros",
+                "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros | ts",
                 "seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel | zeitpunkt",
                 "datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree | horodatage | heure",
                 "tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd | verstreken tijd",
@@ -62,6 +62,10 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut | pos | axis | achse",
                 "axe | δ | 实际位移 | 実変位 | 現在位置 | 当前位置 | extension from preload | deflection from preload",
                 "gap | spalt | messspalt | entrefer",
+                "lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge | clip gage | dial gauge",
+                "dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer",
+                "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre",
+                "extensómetro | estensometro | 引伸计 | 伸び計 | 신율계",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
@@ -77,7 +81,9 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
                 "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
                 "força axial | normaalkracht | 力量 | 負荷 | 負載 | 載重 | 荷載 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
-                "corrected force | corrected load",
+                "corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
+                "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
+                "masse | 重量 | 무게",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
@@ -111,6 +117,17 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
+#: Names of instruments and of other things than readings, which are one of a quantity by its unit alone.
+ONLY_WITH_UNIT = frozenset(
+    name.strip()
+    for name in "s | h | p | δ | lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge | clip gage | "
+    "dial gauge | dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer | "
+    "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre | extensómetro | "
+    "estensometro | 引伸计 | 伸び計 | 신율계 | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force | célula de carga | "
+    "cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass | masse | 重量 | 무게".split("|")
+)
+#: Names of a mass, that of a sample where it stands still.
+MASSES = _set("weight gewicht poids peso mass masse 重量 무게")
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "

@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.lexicon import MASSES
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
@@ -76,9 +77,11 @@ def best_of(
         candidates = _with_values(sheet, candidates, reading)
         candidates = _that_move(sheet, quantity, candidates, unread)
     else:
-        letter = candidates[0].heading.letter and quantity == "displacement"
-        if letter and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
-            unread[candidates[0].index] = "stands still: a dimension of the sample, no record"
+        heading = candidates[0].heading
+        of_sample = (heading.letter and quantity == "displacement") or (quantity == "force" and heading.name in MASSES)
+        if of_sample and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
+            what = "a dimension" if quantity == "displacement" else "the mass"
+            unread[candidates[0].index] = f"stands still: {what} of the sample, no record"
             return None, Remarks(unread)
     plain = [c for c in candidates if not c.heading.name_doubt and not c.heading.unit_doubt and _fits(sheet, c)]
     if any(words(sheet.names[c.index]) == words(sheet.names[p.index]) for c in candidates if c not in plain for p in plain):

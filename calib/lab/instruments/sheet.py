@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.brackets import tidy, without_brackets
+from calib.lab.instruments.brackets import tidy, usual_case, without_brackets
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
@@ -76,7 +76,7 @@ class Sheet:
 
     def unit_below(self, column: int) -> str:
         """Unit of a column in the units row, "" if there is none."""
-        return self.units[column] if column < len(self.units) else ""
+        return usual_case(self.names[column], self.units[column]) if column < len(self.units) else ""
 
     def plain_heading(self, column: int) -> Heading:
         """What a column is by its name alone, whatever the user says; of no quantity if it is not understood."""

@@ -24,9 +24,9 @@ from calib.lab.instruments.brackets import (
     tidy,
     without_brackets,
 )
-from calib.lab.instruments.lexicon import NAMES, PROCESSED
+from calib.lab.instruments.lexicon import NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
-from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
+from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
@@ -54,8 +54,8 @@ _LONGEST = 120
 # Letters of a name that may be the beginning of a longer one.
 _CUT = 9
 _APART = " ,;:/"
-# Letters that are names only with a unit: s, h of a depth, P of a load.
-_ONLY_WITH_UNIT = ("s", "h", "p", "δ")
+# What the clocks of microcontrollers are called, by what they count.
+_NAMES_OF_UNITS = ("millis", "micros")
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 # A function of what was measured.
@@ -239,10 +239,10 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if (
             tail
             and readings
-            and not any(is_unit_of(tail, m.quantity) or (m.quantity == "force" and is_mass(tail)) for m in readings)
+            and not any(is_unit_of(tail, m.quantity) for m in readings)
         ):
-            # What stands behind the name is no unit of it: "Load A", "Time N".
-            if not is_letter(tail):
+            # What stands behind the name is no unit of it: "Load A", "Time N"; or one in another case: "Load_MN".
+            if not is_letter(tail) and (looks_like_unit(tail) or any(may_be_meant(tail, m.quantity) for m in readings)):
                 return _weighed(readings, plain, inside, unit_below)
             continue
         if readings:
@@ -286,7 +286,10 @@ def _bare(outside: str) -> str:
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
     match = _TAIL.match(_bare(outside))
-    if match is not None and looks_like_unit(match["unit"]) and match["unit"] not in _NO_TAIL:
+    if match is None or match["unit"] in _NO_TAIL:
+        return
+    miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)
+    if looks_like_unit(match["unit"]) or miscased:
         yield _bare(match["name"]), match["unit"]
 
 
@@ -304,7 +307,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and name in _ONLY_WITH_UNIT:
+    if not fitting and name in ONLY_WITH_UNIT:
         return "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
@@ -317,6 +320,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (reason := no_record(bracket)):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
+    if unit is None and not (unit_doubt or unit_below) and name in _NAMES_OF_UNITS:
+        unit = name
     index, name_doubt, processed = meaning.index, meaning.doubt, meaning.processed
     unknown: list[str] = []
     for bracket in written:
@@ -394,8 +399,6 @@ def _of_something_else(quantity: str, name: str, units: Sequence[str], *, letter
         if unit in ("-", "1", "#", "x"):
             continue
         kind = kind_of_unit(unit, charge=name in ("charge", "q"))
-        if quantity == "force" and is_mass(unit):
-            return ""
         if kind and quantity == "displacement" and _STRAIN.fullmatch(unit):
             return "a share or strain: not used"
         if kind and (letter or quantity not in ("time", "cycle", "status")):
