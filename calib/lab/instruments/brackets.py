@@ -79,9 +79,18 @@ def usual_case(cell: str, below: str | None = None) -> str:
     """
     if below is not None:
         return (_all_capitals(cell) and from_capitals(below)) or below
-    match = _LAST_WORD.fullmatch(cell)
-    usual = from_capitals(match["unit"]) if match is not None and _all_capitals(match["name"]) else ""
+    match, usual = _LAST_WORD.fullmatch(cell), unit_of_capitals(cell)
     return f"{match['name']}{usual}{match['behind']}" if match is not None and usual else cell
+
+
+def unit_of_capitals(cell: str) -> str:
+    """The unit that a header cell in capitals ends with, as it is usually written; "" if it has none that is written otherwise.
+
+    >>> unit_of_capitals("CAP_PF"), unit_of_capitals("DISP_MM"), unit_of_capitals("Cap_PF")
+    ('pF', '', '')
+    """
+    match = _LAST_WORD.fullmatch(cell)
+    return from_capitals(match["unit"]) if match is not None and _all_capitals(match["name"]) else ""
 
 
 def _all_capitals(name: str) -> bool:
@@ -197,7 +206,7 @@ def is_letter(text: str) -> bool:
 
 def is_remark(text: str) -> bool:
     """Whether a bracket is a remark of known words that changes nothing: measured, absolute, load cell."""
-    parts = _words_in(text)
+    parts = words_in(text)
     return bool(parts) and all(p in REMARKS for p in parts)
 
 
@@ -207,7 +216,7 @@ def no_record(text: str) -> str:
     >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     """
-    for found in _words_in(text):
+    for found in words_in(text):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
@@ -216,7 +225,12 @@ def no_record(text: str) -> str:
     return ""
 
 
-def _words_in(text: str) -> list[str]:
+def words_in(text: str) -> list[str]:
+    """The words of a name or a bracket, in lower case.
+
+    >>> words_in("Force_mean (N)")
+    ['force', 'mean', '(n)']
+    """
     return [w for w in re.split(r"[\s_.,;:/+-]+", text.lower()) if w]
 
 

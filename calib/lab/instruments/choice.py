@@ -17,8 +17,8 @@ from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell
 from calib.lab.instruments.rivals import holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import date_column
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names, why_unread
+from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, as_a_mean, understand, understood_names, why_unread
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,22 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         if best is not None:
             chosen[quantity] = best.index, best.heading
             faults += _at_rest(sheet, quantity, candidates)
+    notes += _made_records(sheet, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
+
+
+def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]]) -> list[str]:
+    """The notes on columns that are a record only by what stands beside them."""
+    notes = []
+    for quantity, (index, _) in chosen.items():
+        name, below = sheet.names[index], sheet.unit_below(index)
+        if index in sheet.assigned or understand(name, below) is not None:
+            continue
+        why = "holds a mean of readings in each row" if as_a_mean(name, below) is not None else "was measured where another was set"
+        notes.append(f'{quantity} is taken from "{name}", which {why}: no other column is the {quantity}')
+    return notes
 
 
 def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) -> list[Fault]:
@@ -174,6 +187,11 @@ def _drop_what_has_no_use(
     for quantity in ("dissipation", "quality"):
         if quantity in chosen and not meter and chosen[quantity][0] not in sheet.assigned:
             unread[chosen.pop(quantity)[0]] = "no capacitance stands beside it"
+    if "cycle" in chosen and chosen["cycle"][0] not in sheet.assigned:
+        index = chosen["cycle"][0]
+        if not any(is_numeric(cell) for cell in sheet.columns[index]):
+            del chosen["cycle"]
+            unread[index] = "holds words, no count of cycles"
     faults += _letter_that_may_be_a_place(sheet, chosen)
     if "status" in chosen and chosen["status"][0] not in sheet.assigned:
         index = chosen["status"][0]
@@ -245,7 +263,7 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     """The note on a column not understood with a unit of a quantity that is read; where that stands still, a choice."""
     unit = sheet.unit_written(index)
     for quantity in ("force", "displacement", "capacitance"):
-        if not unit or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
+        if not unit or is_mass(unit) or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
             continue
         unread[index] = f"not understood, though in {unit}"
         if quantity not in taken or taken[quantity] in sheet.assigned:

@@ -172,6 +172,14 @@ _NUMBERS_DRAWN = _set(
     "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
     "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
 )
+#: Words of the mean of several readings, and of how far these are from it.
+MEANS = _set("mean average avg averaged mittel mittelwert moyenne moyen media promedio médio średnia gemiddelde 平均 평균")
+SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
+#: Words that alone say that a column was measured, where another was commanded.
+MEASURED = _set(
+    "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "
+    "medida misurato misurata effettivo zmierzona gemeten werkelijk 实际 実際 실제 reading value"
+)
 #: Words of a number drawn from several readings.
 STATISTIC = _NUMBERS_DRAWN | _PEAKS
 #: Words of which one in a cell makes its row one of results, no reading.

@@ -412,8 +412,20 @@ def _choice_of(
         message = f'column "{sheet.names[best.index]}" appears twice (columns {best.index + 1} and {first.index + 1})'
     else:
         listed = ", ".join(f'"{sheet.names[c.index]}"' for c in all_of[:40])
-        apart = f" by up to {100 * min(shares[first.index], 9.99):.0f} % of their span" if len(rivals) == 1 else ""
+        apart = _apart(quantity, best, first, shares[first.index]) if len(rivals) == 1 else ""
         unknown = [f'"{sheet.names[c.index]}"' for c in all_of if c.values is None]
         differ = f"and {unknown[0]} has no unit that is known" if unknown else f"and they differ{apart}"
         message = f"{len(all_of)} columns may be the {in_words(quantity)}, {differ}: {listed}"
     return [Fault(message, sheet.text.path, line, first.index + 1, advice=advice, choice=choice)]
+
+
+def _apart(quantity: str, best: PossibleColumn, other: PossibleColumn, share: float) -> str:
+    """By how much two columns differ, as the end of a sentence: but for their zero and sign where these mean nothing."""
+    but = ""
+    if not quantity.startswith("capacitance") and best.values is not None and other.values is not None:
+        spans = [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (best.values, other.values)]
+        zeroed = min(but_for_zero(best.values, sign * other.values) for sign in (1, -1))
+        zeroed *= max(spans) / spans[0] if spans[0] else np.inf
+        but, share = (" but for their zero and sign", zeroed) if zeroed < 0.5 * share else ("", share)
+    percent = 100 * min(share, 9.99)
+    return f" by up to {percent:.0f} % of their span{but}" if percent >= 10 else f" by up to {percent:.2g} % of their span{but}"

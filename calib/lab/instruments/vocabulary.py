@@ -23,8 +23,9 @@ from calib.lab.instruments.brackets import (
     says_sense,
     tidy,
     without_brackets,
+    words_in,
 )
-from calib.lab.instruments.lexicon import NAMES, ONLY_WITH_UNIT, PROCESSED
+from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
@@ -56,6 +57,11 @@ _CUT = 9
 _APART = " ,;:/"
 # What the clocks of microcontrollers are called, by what they count.
 _NAMES_OF_UNITS = ("millis", "micros")
+# How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
+_REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
+_CAPACITY = re.compile(
+    rf"(?P<name>.*[^\W\d_])[\s_,-]+(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
+)
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 # A function of what was measured.
@@ -195,6 +201,20 @@ def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
     return replace(alone, unit=unit) if alone is not None and unit and not of_share and not of_charge else None
 
 
+def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
+    """Read a header cell that says that its column is a mean of readings as the name of what they are of; None if it does not.
+
+    Parameters
+    ----------
+    cell, unit_below : as of `understand`.
+
+    >>> as_a_mean("force mean (N)").quantity, as_a_mean("force max (N)"), as_a_mean("mean of max force (N)")
+    ('force', None, None)
+    """
+    said = [word for word in words_in(re.sub(r"[()\[\]{}]", " ", cell)) if no_record(word)]
+    return as_a_record(cell, unit_below) if said and all(word in MEANS for word in said) else None
+
+
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     """Read a header cell as the name of a quantity that the user says it is; only its units and factors can be in doubt then.
 
@@ -231,7 +251,11 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
-    outside, brackets = cut[0], tuple(part for bracket in cut[1] for part in parted(bracket))
+    brackets = tuple(part for bracket in cut[1] for part in parted(bracket))
+    outside, capacity = _without_capacity(cut[0], (*brackets, unit_below))
+    if capacity:
+        found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)
+        return replace(found, index=found.index or capacity.lower()) if isinstance(found, Heading) else found
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
@@ -250,6 +274,21 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def _without_capacity(outside: str, units: Sequence[str]) -> tuple[str, str]:
+    """The words outside of the brackets without how far the cell reaches, and that: "5 kN" of "Load cell 5 kN (N)".
+
+    It is one where the unit of the readings stands beside it; else "5 kN" is a number and the unit.
+    """
+    match = _CAPACITY.fullmatch(outside)
+    if match is None:
+        return outside, ""
+    tail = (match["tail"] or "").strip(" _,/")
+    if not any(unit and is_unit_of(unit, "force") for unit in (*units, tail)):
+        return outside, ""
+    name = (match["name"] or match["behind"]).strip(" _,/-")
+    return f"{name} {tail}".strip(), (match["capacity"] or match["first"]).replace(" ", "")
 
 
 def spelled_unit(cell: str) -> tuple[str, str] | None:
