@@ -42,6 +42,8 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# Letters of a symbol, which is written in capitals in any header.
+_SYMBOL = 2
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 _INDEX = re.compile(
@@ -67,7 +69,7 @@ def tidy(cell: str) -> str:
 
 
 def usual_case(cell: str, below: str | None = None) -> str:
-    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where all else is in capitals, too.
+    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where all is in capitals.
 
     Parameters
     ----------
@@ -94,8 +96,9 @@ def unit_of_capitals(cell: str) -> str:
 
 
 def _all_capitals(name: str) -> bool:
+    """Whether a name is written in capitals: "CAP", not a symbol such as "CP", which always is."""
     letters = [c for c in name if c.isalpha()]
-    return len(letters) > 1 and name == name.upper() and name != name.lower()
+    return len(letters) > _SYMBOL and name == name.upper() and name != name.lower()
 
 
 def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:

@@ -1,9 +1,10 @@
-"""From a `Sheet` to the same with plain numbers where its cells show a unit or a sign: "97.1 pF", "(0.004)", times since 1970."""
+"""From a `Sheet` to the same with plain numbers where its cells show unit or sign: "97.1 pF", "(0.004)", times since 1970."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
@@ -19,6 +20,9 @@ from calib.lab.instruments.vocabulary import Heading
 
 # Cells that show whether a column is one of plain numbers.
 _SEEN, _SEEN_OF_TIME = 50, 2000
+# One way of writing has so many cells at least, and this share of all: fewer may be damaged.
+_FEWEST, _SHARE = 3, 0.02
+_OF_EITHER_SIGN = ("displacement", "force")
 # A number, and letters or a sign behind it.
 _WITH_UNIT = re.compile(rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?(?P<unit>[^\W\d_]{{1,12}}|[%‰])")
 _IN_BRACKETS = re.compile(rf"\(\s*(?P<number>[\d.,{SPACES}]*\d[.,]?)\s*\)")
@@ -32,7 +36,8 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     """Take units, prefixes and brackets off the numbers of columns that are understood, and say so.
 
     A cell is read by the unit that stands in it. Where a cell holds something else, or a unit that is none of the column's, the
-    column stays as it is. A number in brackets is below zero, as accountants write it, where no number of the column has a sign.
+    column stays as it is, as it does where few cells have one. A number in brackets is below zero, as accountants write it,
+    where no number of the column has a sign.
 
     Parameters
     ----------
@@ -52,7 +57,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         written = written or sheet.declared_units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ("", 0))[0]
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
-            plain = _without_brackets(columns[index])
+            plain = _without_brackets(columns[index]) if heading.quantity in _OF_EITHER_SIGN else None
             if plain is not None:
                 columns[index] = plain
                 notes.append(f'"{name}": numbers in brackets are read as below zero, as in "(0.1)" for -0.1')
@@ -70,6 +75,11 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
 
 
+def _enough(n_cell: int) -> float:
+    """How many cells must be written in a way that is no damage."""
+    return max(_FEWEST, _SHARE * n_cell)
+
+
 _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 
@@ -79,7 +89,9 @@ def _without_brackets(cells: Sequence[str]) -> list[str] | None:
         return None
     found = [_IN_BRACKETS.fullmatch(cell.strip()) if "(" in cell else None for cell in cells]
     others = [cell for cell, match in zip(cells, found, strict=True) if match is None]
-    if not any(found) or any("(" in cell or (cell.lstrip()[:1] in ("-", "\u2212") and is_numeric(cell)) for cell in others):
+    if sum(map(bool, found)) < _enough(len(cells)) or any(
+        "(" in cell or (cell.lstrip()[:1] in ("-", "\u2212") and is_numeric(cell)) for cell in others
+    ):
         return None
     return [f"-{match['number'].strip()}" if match is not None else cell for cell, match in zip(cells, found, strict=True)]
 
@@ -93,13 +105,17 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
     if all(is_numeric(cell) or is_clock(cell) for cell in first):
         return None
     matches: dict[str, tuple[str, str]] = {}
-    for cell in set(cells):
+    written_so: Counter[str] = Counter()
+    for cell, count in Counter(cells).items():
         if not cell.strip() or is_missing(cell) or is_over_range(cell):
             continue
         match = _WITH_UNIT.fullmatch(cell.strip())
         if match is None and not is_numeric(cell):
             return None
         matches[cell] = (match["number"], match["unit"]) if match is not None else (cell, "")
+        written_so[matches[cell][1]] += count
+    if min(written_so.values()) < _enough(written_so.total()):
+        return None
     seen = sorted({unit for _, unit in matches.values()})
     powers = _powers(heading.quantity, seen, written)
     if powers is None:

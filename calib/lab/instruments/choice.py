@@ -88,7 +88,11 @@ def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]]) -> li
         name, below = sheet.names[index], sheet.unit_below(index)
         if index in sheet.assigned or understand(name, below) is not None:
             continue
-        why = "holds a mean of readings in each row" if as_a_mean(name, below) is not None else "was measured where another was set"
+        why = (
+            "holds a mean of readings in each row"
+            if as_a_mean(name, below) is not None
+            else "was measured where another was set"
+        )
         notes.append(f'{quantity} is taken from "{name}", which {why}: no other column is the {quantity}')
     return notes
 

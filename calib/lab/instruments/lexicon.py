@@ -120,11 +120,58 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 #: Names of instruments and of other things than readings, which are one of a quantity by its unit alone.
 ONLY_WITH_UNIT = frozenset(
     name.strip()
-    for name in "s | h | p | δ | lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge | clip gage | "
-    "dial gauge | dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer | "
-    "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre | extensómetro | "
-    "estensometro | 引伸计 | 伸び計 | 신율계 | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force | célula de carga | "
-    "cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass | masse | 重量 | 무게".split("|")
+    for name in [
+        "s ",
+        " h ",
+        " p ",
+        " δ ",
+        " lvdt ",
+        " dvrt ",
+        " extensometer ",
+        " laser ",
+        " encoder ",
+        " linear encoder ",
+        " cod ",
+        " clip gauge ",
+        " clip gage ",
+        " dial gauge ",
+        " dial gage ",
+        " linear scale ",
+        " glass scale ",
+        " interferometer ",
+        " vibrometer ",
+        " potentiometer ",
+        " linear potentiometer ",
+        " wegaufnehmer ",
+        " wegsensor ",
+        " messuhr ",
+        " messtaster ",
+        " feintaster ",
+        " tastweg ",
+        " extensomètre ",
+        " extensometre ",
+        " extensómetro ",
+        " estensometro ",
+        " 引伸计 ",
+        " 伸び計 ",
+        " 신율계 ",
+        " kraftmessdose ",
+        " kraftaufnehmer ",
+        " kraftsensor ",
+        " capteur de force ",
+        " célula de carga ",
+        " cella di carico ",
+        " dynamometer ",
+        " weight ",
+        " gewicht ",
+        " gewichtskraft ",
+        " poids ",
+        " peso ",
+        " mass ",
+        " masse ",
+        " 重量 ",
+        " 무게",
+    ]
 )
 #: Names of a mass, that of a sample where it stands still.
 MASSES = _set("weight gewicht poids peso mass masse 重量 무게")
@@ -134,12 +181,12 @@ QUALIFIERS = _set(
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "gemeten indenter"
+    "gemeten indenter gross brutto"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
-    "tariert corrigé filtré subtracted removed"
+    "tariert corrigé filtré subtracted removed net netto"
 )
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
@@ -181,7 +228,7 @@ MEASURED = _set(
     "medida misurato misurata effettivo zmierzona gemeten werkelijk 实际 実際 실제 reading value"
 )
 #: Words of a number drawn from several readings.
-STATISTIC = _NUMBERS_DRAWN | _PEAKS
+STATISTIC = _NUMBERS_DRAWN | _PEAKS | MEANS | SPREADS
 #: Words of which one in a cell makes its row one of results, no reading.
 RESULTS = _NUMBERS_DRAWN - _set("scheitelwert hold peak peaks valley range pp p-p pk-pk spitze scheitel") | _set(
     "total sum summe cov cv rsd deviation standardabweichung standardabw abw stabw écart-type desviación odchylenie 标准差 合计"

@@ -1,4 +1,4 @@
-"""From a `Sheet` of which no time is read to the note that says which of its columns may be one, and by which options it is read."""
+"""From a `Sheet` of which no time is read to the note on a column that may be one, and the options by which it is read."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from models.sensor import FloatArray
 _RATE = re.compile(
     r"\b(?:sampl\w*|scan|acquisition|data|logging|log|record\w*|measur\w*|abtast\w*|mess\w*|échantillonnage|muestreo)[\s_-]*"
     r"(?:acquisition[\s_-]*)?(?:rate|frequency|freq|interval|period|time|rate|frequenz|intervall|d'échantillonnage|step)?\b"
-    r"(?P<between>[^\d]*)(?P<number>\d+(?:[.,]\d+)?)\s*(?P<unit>[^\W\d]+(?:/s(?:ec)?)?|1/s)?",
+    r"(?P<between>[^\d]*)(?P<number>\d+(?:[.,]\d+)?)[\s,;]*(?P<unit>[^\W\d]+(?:/s(?:ec)?)?|1/s)?",
     re.IGNORECASE,
 )
 _UNIT_BEFORE = re.compile(r"[\[(,]\s*(?P<unit>[^\W\d]+(?:/s)?|1/s)\s*[\])]?")
-_PER_SECOND = frozenset("hz khz s/s sa/s sps 1/s samples/s samples/sec pts/s points/s readings/s".split())
+_PER_SECOND = frozenset(
+    ["hz", "khz", "s/s", "sa/s", "sps", "1/s", "samples/s", "samples/sec", "pts/s", "points/s", "readings/s"]
+)
 _FEWEST = 5
 
 
@@ -57,8 +59,8 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     line, step = stated
     asked = f"--columns {in_shell(f'time={sheet.name_for_asking(counter)}')} --units {in_shell(f'time={step} s')}"
     return (
-        f'no time is read; "{_name(sheet, counter)}" counts the rows and line {line} says "{sheet.prelude[line - 1].strip()[:60]}": '
-        f"{asked} reads the time from both"
+        f'no time is read; "{_name(sheet, counter)}" counts the rows and line {line} says '
+        f'"{sheet.prelude[line - 1].strip()[:60]}": {asked} reads the time from both'
     )
 
 

@@ -1,10 +1,10 @@
-"""From a column of words such as "C" and "T" beside a load without signs to the sense of each reading, or to why it tells none."""
+"""From a column of words such as "C" and "T" beside a load without signs to the sign of each reading, or why it tells none."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,16 +14,69 @@ from calib.lab.instruments.vocabulary import words
 from models.sensor import FloatArray
 
 _PUSH = frozenset(
-    "c comp compr compress compression compressive push pushing pressure druck d kompression stauchung compresión compresion "
-    "compressione compressão ściskanie 压缩 圧縮 压 压力 압축 + +1 pos positive plus".split()
+    [
+        "c",
+        "comp",
+        "compr",
+        "compress",
+        "compression",
+        "compressive",
+        "push",
+        "pushing",
+        "pressure",
+        "druck",
+        "d",
+        "kompression",
+        "stauchung",
+        "compresión",
+        "compresion",
+        "compressione",
+        "compressão",
+        "ściskanie",
+        "压缩",
+        "圧縮",
+        "压",
+        "压力",
+        "압축",
+        "+",
+        "+1",
+        "pos",
+        "positive",
+        "plus",
+    ]
 )
 _PULL = frozenset(
-    "t tens tension tensile pull pulling zug z traction tracción traccion trazione tração rozciąganie 拉伸 引張 拉 拉力 인장 "
-    "- -1 neg negative minus \u2212".split()
+    [
+        "t",
+        "tens",
+        "tension",
+        "tensile",
+        "pull",
+        "pulling",
+        "zug",
+        "z",
+        "traction",
+        "tracción",
+        "traccion",
+        "trazione",
+        "tração",
+        "rozciąganie",
+        "拉伸",
+        "引張",
+        "拉",
+        "拉力",
+        "인장",
+        "-",
+        "-1",
+        "neg",
+        "negative",
+        "minus",
+        "−",
+    ]
 )
 # Words that are these of a load only in a column of such a name; letters and signs may mean other things elsewhere.
-_OF_SIGNS = frozenset("+ +1 pos positive plus - -1 neg negative minus \u2212".split())
-_LETTERS = frozenset("c t d z".split())
+_OF_SIGNS = frozenset(["+", "+1", "pos", "positive", "plus", "-", "-1", "neg", "negative", "minus", "−"])
+_LETTERS = frozenset(["c", "t", "d", "z"])
 _NAME = re.compile(
     r"\b(?:sign|signe|signo|segno|vorzeichen|sense|sens|direction|dir|richtung|lastrichtung|kraftrichtung|dirección|direzione|"
     r"mode|modus|type|typ|polarity|c/t|t/c|comp(?:ression)?/tens(?:ion)?|load dir|force dir)\b|方向|方向",
@@ -50,7 +103,7 @@ class Sense:
     signs: FloatArray | None = None
     reason: str = ""
     notes: tuple[str, ...] = ()
-    faults: tuple[Fault, ...] = field(default_factory=tuple)
+    faults: tuple[Fault, ...] = ()
 
 
 def sense_of_load(sheet: Sheet, force: FloatArray, load: int, used: Collection[int], said: Mapping[str, str]) -> Sense:
@@ -81,24 +134,28 @@ def sense_of_load(sheet: Sheet, force: FloatArray, load: int, used: Collection[i
         near = np.fmin(np.abs(force[changes]), np.abs(force[changes + 1]))
         near = near[np.isfinite(near)]
         if near.size and 2 * np.count_nonzero(near <= _NEAR_ZERO * large) < near.size:
-            if "force" in said:
-                return Sense(
-                    index,
-                    None,
-                    "changes where the load is far from zero: no sign of it",
-                    (f'{shown} changes where the load is far from zero: it is not read as its sign, as the load was asked for',),
-                )
-            choice = Choice("columns", (sheet.name_for_asking(load),), "force")
-            message = (
-                f'"{sheet.names[load]}" is never below zero, and {shown} says compression or tension, but changes where the load '
-                "is far from zero, as the way of the machine does, not the sign of a load"
-            )
-            advice = f"If the load was compression throughout, name its column, and it is read as it stands: {choice}"
-            fault = Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=choice)
-            return Sense(index, None, "", (), (fault,))
-        note = f'the sign of "{sheet.names[load]}", which is never below zero, is taken from {shown}: tension is read as below zero'
+            return _of_the_way(sheet, index, load, said)
+        note = (
+            f'the sign of "{sheet.names[load]}", which is never below zero, is taken from {shown}: tension is read as negative'
+        )
         return Sense(index, signs, f'the sense of "{sheet.names[load]}", whose sign is taken from it', (note,))
     return Sense()
+
+
+def _of_the_way(sheet: Sheet, index: int, load: int, said: Mapping[str, str]) -> Sense:
+    """What is said of a column that changes where the load is far from zero, as the way of the machine does."""
+    shown, name = f'"{sheet.names[index] or index + 1}"', sheet.names[load]
+    if "force" in said:
+        note = f'{shown} changes where "{name}" is far from zero: no sign is taken from it, as the load was asked for'
+        return Sense(index, None, "changes where the load is far from zero", (note,))
+    choice = Choice("columns", (sheet.name_for_asking(load),), "force")
+    message = (
+        f'"{name}" is never below zero, and {shown} says compression or tension, but changes where the load is far from zero, '
+        "as the way of the machine does, not the sign of a load"
+    )
+    advice = f"If the load was compression throughout, name its column, and it is read as it stands: {choice}"
+    fault = Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=choice)
+    return Sense(index, faults=(fault,))
 
 
 def _signs(sheet: Sheet, index: int) -> FloatArray | None:

@@ -81,7 +81,9 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
             continue
         spread = rows[:: max(1, rows.size // _SHOWN)].tolist()
         cells = [own[r].strip().lstrip("+-\u2212") for r in spread]
-        others = [c for q, i in places.items() if q != quantity for r in spread if re.search(r"[.,]\d", c := sheet.columns[i][r])]
+        others = [
+            c for q, i in places.items() if q != quantity for r in spread if re.search(r"[.,]\d", c := sheet.columns[i][r])
+        ]
         row = int(rows[int(np.argmax(size))]) if shown == "force" else int(rows[0])
         written = own[row].strip()
         if others and all(map(str.isdigit, cells)) and len(written.lstrip("+-\u2212")) >= digits:
@@ -89,13 +91,13 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
             decimals = max(len(re.split(r"[.,]", c.strip())[-1]) for c in others)
             faults.append(
                 Fault(
-                    f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} {SI_UNIT[quantity]}, '
-                    "written in whole numbers beside columns with decimals: the decimal marks may be lost",
+                    f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '
+                    f"{SI_UNIT[quantity]}, written in whole numbers beside decimals: the decimal marks may be lost",
                     sheet.text.path,
                     int(sheet.lines[row]),
                     places[quantity] + 1,
-                    advice="Export the file again from the instrument's software; if the numbers are whole, say their unit once "
-                    f'more: --units {shown}={unit}; if all have lost as many decimals, such as {decimals}: '
+                    advice="Export the file again from the instrument's software; if the numbers are whole, say their unit "
+                    f"once more: --units {shown}={unit}; if all have lost as many decimals, such as {decimals}: "
                     f'--units "{shown}=1e-{decimals} {unit}"',
                 )
             )

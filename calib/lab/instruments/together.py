@@ -1,4 +1,4 @@
-"""From all names of a header to columns that the names beside them make a record: a mean beside its deviation, "actual" beside a target."""
+"""From all names of a header to columns that are a record by those beside them: means with deviations, "actual" by a target."""
 
 from __future__ import annotations
 

@@ -155,9 +155,52 @@ _IN_ANY_CASE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 _MASSES = frozenset(
-    "g gm gms gram grams gramm gramme grammes gramo gramos grammi gramy г 克 グラム 그램 kg kgs kilo kilos kilogram kilograms "
-    "kilogramm kilogramme kilogrammes kilogramo kilogramos кг 千克 公斤 キログラム 킬로그램 mg milligram milligrams milligramm 毫克 "
-    "lb lbs pound pounds oz ounce ounces".split()
+    [
+        "g",
+        "gm",
+        "gms",
+        "gram",
+        "grams",
+        "gramm",
+        "gramme",
+        "grammes",
+        "gramo",
+        "gramos",
+        "grammi",
+        "gramy",
+        "г",
+        "克",
+        "グラム",
+        "그램",
+        "kg",
+        "kgs",
+        "kilo",
+        "kilos",
+        "kilogram",
+        "kilograms",
+        "kilogramm",
+        "kilogramme",
+        "kilogrammes",
+        "kilogramo",
+        "kilogramos",
+        "кг",
+        "千克",
+        "公斤",
+        "キログラム",
+        "킬로그램",
+        "mg",
+        "milligram",
+        "milligrams",
+        "milligramm",
+        "毫克",
+        "lb",
+        "lbs",
+        "pound",
+        "pounds",
+        "oz",
+        "ounce",
+        "ounces",
+    ]
 )
 
 
@@ -308,11 +351,16 @@ def usual_units(quantity: str) -> tuple[str, ...]:
 
 
 # In a header of capitals alone these can only be meant so; "MN" and "MF" stay open, "NM" is a torque elsewhere.
-_OF_CAPITALS = MappingProxyType({word.upper(): word for word in "pF nF uF fF ms us ns uN cN dN daN gf g mil dyn".split()})
+_OF_CAPITALS = MappingProxyType(
+    {
+        word.upper(): word
+        for word in ["pF", "nF", "uF", "fF", "ms", "us", "ns", "uN", "cN", "dN", "daN", "gf", "g", "mil", "dyn"]
+    }
+)
 
 
 def from_capitals(unit: str) -> str:
-    """A unit from a header in which all letters are capitals, as it is usually written; "" if that cannot be told or is the same.
+    """A unit from a header of capitals alone, as it is usually written; "" if that cannot be told or is the same.
 
     >>> from_capitals("PF"), from_capitals("MN"), from_capitals("MM")
     ('pF', '', '')

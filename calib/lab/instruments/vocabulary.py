@@ -260,11 +260,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
         readings = list(meanings(plain, inside, unit_below))
-        if (
-            tail
-            and readings
-            and not any(is_unit_of(tail, m.quantity) for m in readings)
-        ):
+        if tail and readings and not any(is_unit_of(tail, m.quantity) for m in readings):
             # What stands behind the name is no unit of it: "Load A", "Time N"; or one in another case: "Load_MN".
             if not is_letter(tail) and (looks_like_unit(tail) or any(may_be_meant(tail, m.quantity) for m in readings)):
                 return _weighed(readings, plain, inside, unit_below)

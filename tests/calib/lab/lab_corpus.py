@@ -706,8 +706,7 @@ def _machines(n: int) -> list[Variant]:
         build(
             "ta.xt grams",
             stable,
-            "refused",
-            Refusal((1,), ("gf", "force=gf")),
+            meant={"force": "gf"},
         ),
         build(
             "ta.xt grams, told that they are gram-force",
