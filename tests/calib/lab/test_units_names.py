@@ -202,16 +202,16 @@ COUNT = [str(k) for k in range(N)]
 def test_a_count_beside_a_stated_rate_is_told_with_the_options_that_make_a_time_of_them(tmp_path: Path, above: str) -> None:
     header = "Sample,Depth (mm),Force (N)"
     note = next(n for n in read(tmp_path, header, COUNT, D, F, above=[above]).notes if n.startswith("no time is read"))
-    said = {"columns": option(note, "columns"), "units": option(note, "units")}
-    table = read(tmp_path, header, COUNT, D, F, above=[above], **said)
+    said, units = option(note, "columns"), option(note, "units")
+    table = read(tmp_path, header, COUNT, D, F, above=[above], columns=said, units=units)
     np.testing.assert_allclose(table.columns["time"], TIME, atol=1e-9)
 
 
 def test_a_column_that_rises_as_a_time_does_is_told_where_no_time_is_read(tmp_path: Path) -> None:
     header = "Chrono,Depth (mm),Force (N)"
     note = next(n for n in read(tmp_path, header, T, D, F).notes if n.startswith("no time is read"))
-    said = {"columns": option(note, "columns"), "units": option(note, "units")}
-    np.testing.assert_allclose(read(tmp_path, header, T, D, F, **said).columns["time"], TIME)
+    table = read(tmp_path, header, T, D, F, columns=option(note, "columns"), units=option(note, "units"))
+    np.testing.assert_allclose(table.columns["time"], TIME)
     assert not [n for n in read(tmp_path, header, T, D, F, columns={"time": "none"}).notes if n.startswith("no time")]
     assert not [n for n in read(tmp_path, "Sample,Depth (mm),Force (N)", COUNT, D, F).notes if n.startswith("no time")]
 
