@@ -85,7 +85,7 @@ _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nan
 
 def _without_brackets(cells: Sequence[str]) -> list[str] | None:
     """The cells with a minus in the place of brackets; None if there are no brackets, or other signs."""
-    if not any("(" in cell for cell in cells):
+    if "(" not in "".join(cells):
         return None
     found = [_IN_BRACKETS.fullmatch(cell.strip()) if "(" in cell else None for cell in cells]
     others = [cell for cell, match in zip(cells, found, strict=True) if match is None]

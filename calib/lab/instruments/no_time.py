@@ -23,7 +23,22 @@ _RATE = re.compile(
 )
 _UNIT_BEFORE = re.compile(r"[\[(,]\s*(?P<unit>[^\W\d]+(?:/s)?|1/s)\s*[\])]?")
 _PER_SECOND = frozenset(
-    ["hz", "khz", "s/s", "sa/s", "sps", "1/s", "samples/s", "samples/sec", "pts/s", "points/s", "readings/s"]
+    [
+        "hz",
+        "khz",
+        "s/s",
+        "ks/s",
+        "sa/s",
+        "ksa/s",
+        "sps",
+        "ksps",
+        "1/s",
+        "samples/s",
+        "samples/sec",
+        "pts/s",
+        "points/s",
+        "readings/s",
+    ]
 )
 _FEWEST = 5
 
