@@ -148,6 +148,8 @@ _BY_SPELLING: Mapping[str, Mapping[str, str]] = MappingProxyType(
 )
 # Units that are spelled out, "MILLIMETERS" and "PicoFarads", mean one thing in any case.
 _SPELLED_OUT = 5
+# "in." and "lbs." are abbreviations, "N." is an initial.
+_ABBREVIATED = 2
 _IN_ANY_CASE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         si: MappingProxyType({word.lower(): asked for word, asked in table.items() if len(word) >= _SPELLED_OUT})
@@ -206,7 +208,7 @@ _MASSES = frozenset(
 
 def _asked(tidy: str, si: str) -> str | None:
     """What `unit_factor` is asked for by a spelling, with or without the mark of an abbreviation ("in."); None if unknown."""
-    for word in (tidy, tidy.removesuffix(".")):
+    for word in (tidy, tidy.removesuffix(".") if len(tidy) > _ABBREVIATED else tidy):
         found = _BY_SPELLING[si].get(word)
         if found is None and len(word) >= _SPELLED_OUT:
             found = _IN_ANY_CASE[si].get(word.lower())
