@@ -18,8 +18,8 @@ _QUANTITIES = ("displacement", "force", "capacitance")
 def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
-    A mean is one where it and its deviation, or means of all quantities alone, stand in each row; "measured (mm)" or "actual
-    (N)" is one where another column in such a unit was commanded.
+    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "measured (mm)"
+    or "actual (N)" is one where another column in such a unit was commanded.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         i: h
         for i, h in found.items()
         if h.quantity not in known
-        and (h.quantity in spreads or not others)
+        and (h.quantity in spreads or (not others and len({mean.quantity for mean in found.values()}) > 1))
         and not any((other := records[k]) is not None and other.quantity == h.quantity for k in others)
     }
     for quantity in ("displacement", "force"):

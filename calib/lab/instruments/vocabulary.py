@@ -291,7 +291,7 @@ def spelled_unit(cell: str) -> tuple[str, str] | None:
     """Quantity and unit of a header cell that is nothing but a unit spelled out; None if it is more, or none.
 
     >>> spelled_unit("Millimeters"), spelled_unit("newtons"), spelled_unit("Meter")
-    (('displacement', 'millimeters'), ('force', 'newtons'), None)
+    (('displacement', 'Millimeters'), ('force', 'newtons'), None)
     """
     if _SPELLED_UNIT.fullmatch(cell) is None:
         return None

@@ -248,6 +248,7 @@ def test_a_mean_beside_plain_columns_or_extremes_is_no_record(tmp_path: Path) ->
     assert "no force column" in str(refusal(tmp_path, "Time (s),Depth (mm),Force mean (N)", T, D, F))
     extremes = "Time (s),Depth mean (mm),Force mean (N),Force max (N)"
     assert "no force column" in str(refusal(tmp_path, extremes, T, D, F, cells(FORCE + 1)))
+    assert "no capacitance column" in str(refusal(tmp_path, "Time (s),Cp (average) (pF)", T, C))
 
 
 @pytest.mark.parametrize(
