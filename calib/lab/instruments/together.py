@@ -18,8 +18,8 @@ _QUANTITIES = ("displacement", "force", "capacitance")
 def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
-    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "measured (mm)"
-    or "actual (N)" is one where another column in such a unit was commanded.
+    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "actual (mm)"
+    is one where another column in such a unit was commanded.
 
     Parameters
     ----------
