@@ -6,7 +6,7 @@ import re
 import unicodedata
 
 from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
-from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
@@ -42,6 +42,10 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# Letters of a symbol, which is written in capitals in any header.
+_SYMBOL = 2
+# A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
+_LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
@@ -52,15 +56,49 @@ _LETTER = re.compile(r"[A-H]")
 def tidy(cell: str) -> str:
     """A header cell without the mark of a comment before it and with the usual characters for those that look the same.
 
-    >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s.")
-    ('Load(N)', 'Compressive load (N)', 'Max..N..s.')
+    >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s."), tidy("CAP_PF")
+    ('Load(N)', 'Compressive load (N)', 'Max..N..s.', 'CAP_pF')
     """
-    cell = unicodedata.normalize("NFKC", cell.strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = usual_case(cell)
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
     cell = _FILTERED.sub("filtered", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
+
+
+def usual_case(cell: str, below: str | None = None) -> str:
+    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where all is in capitals.
+
+    Parameters
+    ----------
+    cell : of the header.
+    below : the unit below it; None if the cell's own unit is meant.
+
+    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("C (PF)"), usual_case("FORCE (MN)")
+    ('CAP (pF)', 'pF', 'Cap (PF)', 'C (PF)', 'FORCE (MN)')
+    """
+    if below is not None:
+        return (_all_capitals(cell) and from_capitals(below)) or below
+    match, usual = _LAST_WORD.fullmatch(cell), unit_of_capitals(cell)
+    return f"{match['name']}{usual}{match['behind']}" if match is not None and usual else cell
+
+
+def unit_of_capitals(cell: str) -> str:
+    """The unit that a header cell in capitals ends with, as it is usually written; "" if it has none that is written otherwise.
+
+    >>> unit_of_capitals("CAP_PF"), unit_of_capitals("DISP_MM"), unit_of_capitals("Cap_PF")
+    ('pF', '', '')
+    """
+    match = _LAST_WORD.fullmatch(cell)
+    return from_capitals(match["unit"]) if match is not None and _all_capitals(match["name"]) else ""
+
+
+def _all_capitals(name: str) -> bool:
+    """Whether a name is written in capitals: "CAP", not a symbol such as "CP", which always is."""
+    letters = [c for c in name if c.isalpha()]
+    return len(letters) > _SYMBOL and name == name.upper() and name != name.lower()
 
 
 def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:
@@ -171,7 +209,7 @@ def is_letter(text: str) -> bool:
 
 def is_remark(text: str) -> bool:
     """Whether a bracket is a remark of known words that changes nothing: measured, absolute, load cell."""
-    parts = _words_in(text)
+    parts = words_in(text)
     return bool(parts) and all(p in REMARKS for p in parts)
 
 
@@ -181,7 +219,7 @@ def no_record(text: str) -> str:
     >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     """
-    for found in _words_in(text):
+    for found in words_in(text):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
@@ -190,7 +228,12 @@ def no_record(text: str) -> str:
     return ""
 
 
-def _words_in(text: str) -> list[str]:
+def words_in(text: str) -> list[str]:
+    """The words of a name or a bracket, in lower case.
+
+    >>> words_in("Force_mean (N)")
+    ['force', 'mean', '(n)']
+    """
     return [w for w in re.split(r"[\s_.,;:/+-]+", text.lower()) if w]
 
 

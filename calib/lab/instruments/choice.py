@@ -9,7 +9,6 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
-from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
@@ -18,9 +17,18 @@ from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import clocks_by_cells, date_column, unit_of_numbers
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, heading_as, understood_names, why_unread
+from calib.lab.instruments.times import clocks_by_cells, date_column
+from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of
+from calib.lab.instruments.vocabulary import (
+    EXAMPLE,
+    NEEDS_UNIT,
+    Heading,
+    as_a_mean,
+    heading_as,
+    understand,
+    understood_names,
+    why_unread,
+)
 
 
 @dataclass(frozen=True)
@@ -80,9 +88,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             chosen[quantity] = best.index, best.heading
             notes += [_by_cells_note(sheet, best.index)] if best.index in by_cells else []
             faults += _at_rest(sheet, quantity, candidates)
+    notes += _made_records(sheet, chosen, by_cells)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
-    notes += _may_be_a_time(sheet, chosen, unread)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
 
 
@@ -106,31 +114,20 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
     return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
 
 
-# Of so many rows at least nearly all steps of a column that may be a time go up.
-_FEWEST_UP, _UP = 5, 0.98
-
-
-def _may_be_a_time(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: Mapping[int, str]) -> list[str]:
-    """The note on a column that may be the time of a table without one: it goes up from row to row, or holds dates."""
-    if "time" in chosen or "time" in sheet.assigned.values():
-        return []
-    for index in range(len(sheet.names)):
-        if index in sheet.set_aside or index not in unread or not _says_nothing(sheet, index):
+def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_cells: Mapping[int, Heading]) -> list[str]:
+    """The notes on columns that are a record only by what stands beside them."""
+    notes = []
+    for quantity, (index, _) in chosen.items():
+        name, below = sheet.names[index], sheet.unit_below(index)
+        if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
             continue
-        asked = str(Choice("columns", (sheet.name_for_asking(index),), "time"))
-        seen = [c for c in sheet.columns[index][:50] if c.strip()]
-        if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
-            return [f'no time is read; if "{_shown(sheet, index)}" is one: {asked}']
-        (values,) = readings([sheet.columns[index]], [1.0], sheet.declared_decimal)
-        steps = np.diff(values[np.isfinite(values)])
-        if steps.size < _FEWEST_UP or np.count_nonzero(steps > 0) < _UP * steps.size:
-            continue
-        count = bool(np.all(steps == 1))
-        unit = "" if count else unit_of_numbers(float(values[np.isfinite(values)][0]))
-        said = f"--units time={unit}" if unit else '--units "time=... s", the seconds that one count lasts'
-        what = "counts the rows" if count else "goes up from row to row"
-        return [f'no time is read; "{_shown(sheet, index)}" {what}; if it is to be the time: {asked} {said}']
-    return []
+        why = (
+            "holds a mean of readings in each row"
+            if as_a_mean(name, below) is not None
+            else "was measured where another was set"
+        )
+        notes.append(f'{quantity} is taken from "{name}", which {why}: no other column is the {quantity}')
+    return notes
 
 
 def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) -> list[Fault]:
@@ -227,6 +224,11 @@ def _drop_what_has_no_use(
     for quantity in ("dissipation", "quality"):
         if quantity in chosen and not meter and chosen[quantity][0] not in sheet.assigned:
             unread[chosen.pop(quantity)[0]] = "no capacitance stands beside it"
+    if "cycle" in chosen and chosen["cycle"][0] not in sheet.assigned:
+        index = chosen["cycle"][0]
+        if not any(is_numeric(cell) for cell in sheet.columns[index]):
+            del chosen["cycle"]
+            unread[index] = "holds words, no count of cycles"
     faults += _letter_that_may_be_a_place(sheet, chosen)
     if "status" in chosen and chosen["status"][0] not in sheet.assigned:
         index = chosen["status"][0]
@@ -298,7 +300,7 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     """The note on a column not understood with a unit of a quantity that is read; where that stands still, a choice."""
     unit = sheet.unit_written(index)
     for quantity in ("force", "displacement", "capacitance"):
-        if not unit or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
+        if not unit or is_mass(unit) or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
             continue
         unread[index] = f"not understood, though in {unit}"
         if quantity not in taken or taken[quantity] in sheet.assigned:

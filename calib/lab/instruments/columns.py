@@ -18,6 +18,7 @@ from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.negatives import with_minus_before
+from calib.lab.instruments.no_time import note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
@@ -25,6 +26,7 @@ from calib.lab.instruments.other_clock import of_another_clock
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
+from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import MOVED
 from calib.lab.instruments.size import implausible, only_changes
@@ -33,8 +35,7 @@ from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
-from calib.lab.instruments.unit_choice import contradicts, source_of_column, unit_in_words, unit_of_column
-from calib.lab.instruments.units import is_pound
+from calib.lab.instruments.unit_choice import contradicts, source_of_column, unit_in_words, unit_of_column, weight_in_words
 from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
@@ -122,8 +123,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
         columns.append(ReadColumn(index, heading, factor, of_day))
-        if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
-            notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
+        if (usual := sheet.usual_case_of(index)) and fault is None:
+            notes.append(f'"{sheet.names[index]}": in a name of capitals "{usual.upper()}" is read as {usual}')
+        notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
         if heading.unit and words(heading.unit) == heading.name:
             notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
         if heading.unit_doubt and fault is None:
@@ -173,7 +175,19 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
     faults += of_another_clock(sheet, places)
-    faults += several_records(sheet, {q: index for q, index in places.items() if q in values}, values)
+    keyed = {q: index for q, index in places.items() if q in values}
+    if "force" in values:
+        sense = sense_of_load(sheet, values["force"], places["force"], places.values(), reading.columns)
+        notes, faults = [*notes, *sense.notes], [*faults, *sense.faults]
+        if sense.index >= 0:
+            unread[sense.index], keyed["sense"] = sense.reason, sense.index
+        if sense.signs is not None:
+            values["force"] = np.where(values["force"] == 0, 0.0, values["force"] * sense.signs)
+            for r in np.flatnonzero(np.isnan(sense.signs) & np.isnan(values["force"])).tolist():
+                _append(reasons, r, f'"{sheet.names[sense.index]}" does not say which sign the load has')
+    faults += several_records(sheet, keyed, values)
+    if "time" not in choice.chosen and "time" not in reading.columns:
+        notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
     faults += remarks_on_scale(sheet, places)
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     if not faults:

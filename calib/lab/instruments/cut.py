@@ -270,7 +270,8 @@ def _is_beside_the_rows(text: LabText, delimiter: str, header: int, names: Seque
 
 
 def _is_of_numbers(row: Sequence[str]) -> bool:
-    return len(row) > 1 and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in row)
+    """Whether the cells of a row are numbers, clocks, or empty as those of a column between two tables."""
+    return len(row) > 1 and any(row) and all(not c or is_numeric(c) or is_clock(c) or is_over_range(c) for c in row)
 
 
 def _without_header(text: LabText, reading: Reading) -> Sheet:

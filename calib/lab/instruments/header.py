@@ -14,7 +14,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, looks_like_unit
-from calib.lab.instruments.vocabulary import EXAMPLE, Heading, spelled_unit, understand, understood_names
+from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -90,6 +90,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 if len(cells) > _WIDEST or not any(cells):
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
+                known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2

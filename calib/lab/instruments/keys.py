@@ -16,6 +16,7 @@ from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import speaks_of_scale
+from calib.lab.instruments.together import is_spread
 from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.where import asked_name, listed_values
 from models.sensor import FloatArray
@@ -60,6 +61,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     for index in range(len(sheet.names)):
         # A column of a quantity that is read is another measurement of it.
         if index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity in used:
+            continue
+        if is_spread(sheet.names[index]):
             continue
         named = _is_named_key(sheet, index)
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)

@@ -19,7 +19,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "time": (
                 "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
                 "time stamp | measurement time | elapsed | time since start | unix time | unix timestamp | epoch",
-                "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros",
+                "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros | ts",
                 "seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel | zeitpunkt",
                 "datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree | horodatage | heure",
                 "tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd | verstreken tijd",
@@ -61,7 +61,11 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut | pos | axis | achse",
                 "axe | δ | 实际位移 | 実変位 | 現在位置 | 当前位置 | extension from preload | deflection from preload",
-                "gap | spalt | messspalt | entrefer | displ | displac | lvdt",
+                "gap | spalt | messspalt | entrefer | displ | displac",
+                "lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge | clip gage | dial gauge",
+                "dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer",
+                "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre",
+                "extensómetro | estensometro | 引伸计 | 伸び計 | 신율계",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
@@ -77,7 +81,9 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
                 "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
                 "força axial | normaalkracht | 力量 | 負荷 | 負載 | 載重 | 荷載 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
-                "corrected force | corrected load",
+                "corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
+                "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
+                "masse | 重量 | 무게",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
@@ -111,20 +117,76 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
-#: Names of a sensor that is set up beside the machine's own, whose column gives way to that under a plain name.
-OF_A_SENSOR = _set("lvdt")
+#: Names of instruments and of other things than readings, which are one of a quantity by its unit alone.
+ONLY_WITH_UNIT = frozenset(
+    name.strip()
+    for name in [
+        "s ",
+        " h ",
+        " p ",
+        " δ ",
+        " lvdt ",
+        " dvrt ",
+        " extensometer ",
+        " laser ",
+        " encoder ",
+        " linear encoder ",
+        " cod ",
+        " clip gauge ",
+        " clip gage ",
+        " dial gauge ",
+        " dial gage ",
+        " linear scale ",
+        " glass scale ",
+        " interferometer ",
+        " vibrometer ",
+        " potentiometer ",
+        " linear potentiometer ",
+        " wegaufnehmer ",
+        " wegsensor ",
+        " messuhr ",
+        " messtaster ",
+        " feintaster ",
+        " tastweg ",
+        " extensomètre ",
+        " extensometre ",
+        " extensómetro ",
+        " estensometro ",
+        " 引伸计 ",
+        " 伸び計 ",
+        " 신율계 ",
+        " kraftmessdose ",
+        " kraftaufnehmer ",
+        " kraftsensor ",
+        " capteur de force ",
+        " célula de carga ",
+        " cella di carico ",
+        " dynamometer ",
+        " weight ",
+        " gewicht ",
+        " gewichtskraft ",
+        " poids ",
+        " peso ",
+        " mass ",
+        " masse ",
+        " 重量 ",
+        " 무게",
+    ]
+)
+#: Names of a mass, that of a sample where it stands still.
+MASSES = _set("weight gewicht poids peso mass masse 重量 무게")
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "gemeten indenter"
+    "gemeten indenter gross brutto"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
-    "tariert corrigé filtré subtracted removed"
+    "tariert corrigé filtré subtracted removed net netto"
 )
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
@@ -157,8 +219,16 @@ _NUMBERS_DRAWN = _set(
     "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
     "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
 )
+#: Words of the mean of several readings, and of how far these are from it.
+MEANS = _set("mean average avg averaged mittel mittelwert moyenne moyen media promedio médio średnia gemiddelde 平均 평균")
+SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
+#: Words that alone say that a column was measured, where another was commanded.
+MEASURED = _set(
+    "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "
+    "medida misurato misurata effettivo zmierzona gemeten werkelijk 实际 実際 실제 reading value"
+)
 #: Words of a number drawn from several readings.
-STATISTIC = _NUMBERS_DRAWN | _PEAKS
+STATISTIC = _NUMBERS_DRAWN | _PEAKS | MEANS | SPREADS
 #: Words of which one in a cell makes its row one of results, no reading.
 RESULTS = _NUMBERS_DRAWN - _set("scheitelwert hold peak peaks valley range pp p-p pk-pk spitze scheitel") | _set(
     "total sum summe cov cv rsd deviation standardabweichung standardabw abw stabw écart-type desviación odchylenie 标准差 合计"

@@ -6,17 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from calib.lab.instruments.lexicon import (
-    COMMANDED,
-    DERIVED,
-    NAMES,
-    OF_A_SENSOR,
-    PROCESSED,
-    QUALIFIERS,
-    RELATIVE,
-    SECOND,
-    STATISTIC,
-)
+from calib.lab.instruments.lexicon import COMMANDED, DERIVED, NAMES, PROCESSED, QUALIFIERS, RELATIVE, SECOND, STATISTIC
 from calib.lab.instruments.units import is_unit_of
 
 #: Ranks below are of names that stand in the lists of names; words, numbers or letters beside a name put it behind these.
@@ -94,8 +84,7 @@ def plain_meanings(name: str) -> Iterator[Meaning]:
     """What a name in the lists of names means."""
     for quantity, names in NAMES.items():
         if name in names:
-            index = name if name in OF_A_SENSOR else ""
-            yield Meaning(quantity, names.index(name), index, name.startswith("corrected"))
+            yield Meaning(quantity, names.index(name), processed=name.startswith("corrected"))
 
 
 def _qualified(name: str) -> Iterator[Meaning]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.lexicon import MASSES
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
@@ -77,9 +78,11 @@ def best_of(
         candidates = _with_values(sheet, candidates, reading)
         candidates = _that_move(sheet, quantity, candidates, unread)
     else:
-        letter = candidates[0].heading.letter and quantity == "displacement"
-        if letter and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
-            unread[candidates[0].index] = "stands still: a dimension of the sample, no record"
+        heading = candidates[0].heading
+        of_sample = (heading.letter and quantity == "displacement") or (quantity == "force" and heading.name in MASSES)
+        if of_sample and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
+            what = "a dimension" if quantity == "displacement" else "the mass"
+            unread[candidates[0].index] = f"stands still: {what} of the sample, no record"
             return None, Remarks(unread)
     plain = [c for c in candidates if not c.heading.name_doubt and not c.heading.unit_doubt and _fits(sheet, c)]
     if any(words(sheet.names[c.index]) == words(sheet.names[p.index]) for c in candidates if c not in plain for p in plain):
@@ -304,7 +307,7 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             word, share = difference(best.values, other.values)
         elif best.values is not None and not sheet.unit_written(index) and _same_cells(sheet, index, best.index):
             word, share = ("same", 0.0)  # the same numbers, once without a unit
-        differences[index] = _in_what(word, share) if other.values is not None and best.values is not None else ""
+        differences[index] = _apart(quantity, best, other, word, share)
         alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
         if alike and share > 0.0:
             word = "different"  # two columns of one name and unit are the same or not
@@ -350,14 +353,6 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
     return Remarks(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, differences)))
-
-
-def _in_what(word: str, share: float) -> str:
-    """By what two columns differ, behind "they differ": their zero, their sign, or so much of their span."""
-    if word in ("zero", "sign"):
-        return " by a constant" if word == "zero" else " by their sign"
-    percent = 100 * min(share, 9.99)
-    return f" by up to {percent:.0f} % of their span" if percent >= 1 else f" by up to {percent:.1g} % of their span"
 
 
 def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
@@ -429,3 +424,19 @@ def _choice_of(
         differ = f"and {unknown[0]} has no unit that is known" if unknown else f"and they differ{apart}"
         message = f"{len(all_of)} columns may be the {in_words(quantity)}, {differ}: {listed}"
     return [Fault(message, sheet.text.path, line, first.index + 1, advice=advice, choice=choice)]
+
+
+def _apart(quantity: str, best: PossibleColumn, other: PossibleColumn, word: str, share: float) -> str:
+    """By what two columns differ, behind "they differ": their zero, their sign, or so much of their span beside these."""
+    if best.values is None or other.values is None:
+        return ""
+    if word in ("zero", "sign"):
+        return " by a constant" if word == "zero" else " by their sign"
+    but = ""
+    if not quantity.startswith("capacitance"):
+        spans = [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (best.values, other.values)]
+        zeroed = min(but_for_zero(best.values, sign * other.values) for sign in (1, -1))
+        zeroed *= max(spans) / spans[0] if spans[0] else np.inf
+        but, share = (" but for their zero and sign", zeroed) if zeroed < 0.5 * share else ("", share)
+    percent = 100 * min(share, 9.99)
+    return f" by up to {f'{percent:.0f}' if percent >= 10 else f'{percent:.2g}'} % of their span{but}"

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments.cell_units import with_plain_cells
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
@@ -93,7 +94,7 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
         return replace(table, notes=(*text.notes, *table.notes))
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
-    sheet = sheet if found is None else found.sheet
+    sheet = with_plain_cells(sheet if found is None else found.sheet, reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.brackets import tidy, without_brackets
+from calib.lab.instruments.brackets import tidy, unit_of_capitals, usual_case, without_brackets
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.text import LabText
+from calib.lab.instruments.together import understood_together
 from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
 
@@ -76,7 +77,14 @@ class Sheet:
 
     def unit_below(self, column: int) -> str:
         """Unit of a column in the units row, "" if there is none."""
-        return self.units[column] if column < len(self.units) else ""
+        return usual_case(self.names[column], self.units[column]) if column < len(self.units) else ""
+
+    def usual_case_of(self, column: int) -> str:
+        """The unit of a column as it is usually written, where it stands in capitals among capitals; else ""."""
+        written = self.units[column] if column < len(self.units) else ""
+        if written:
+            return below if (below := self.unit_below(column)) != written else ""
+        return unit_of_capitals(self.names[column])
 
     def plain_heading(self, column: int) -> Heading:
         """What a column is by its name alone, whatever the user says; of no quantity if it is not understood."""
@@ -109,7 +117,9 @@ class Sheet:
                 understood = understand(name, self.unit_below(index))
                 if understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given:
                     found[index] = understood
-        return found
+        together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
+        return found | more
 
 
 class SeveralSpecimens(InputError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -21,8 +22,9 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
 # A capacitance is a change of one if its smallest reading, but for such a share of them, is so small beside its largest.
 _FEWEST, _FEW, _OF_A_SENSOR = 12, 0.1, 0.1
-# A capacitance that a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
-_LARGE_CAPACITANCE, _MANY_DIGITS, _SHOWN = 1e-8, 5, 500
+# What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
+_WHOLE = {"capacitance": (1e-8, 5), "capacitance_series": (1e-8, 5), "force": (1e3, 4)}
+_SHOWN = 500
 
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
@@ -65,31 +67,41 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
 
 
 def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """The fault of a large capacitance in long whole numbers beside columns with decimals: all its marks may be lost."""
-    for quantity in ("capacitance", "capacitance_series"):
-        if quantity not in values or {quantity, "capacitance"} & set(reading.units) or sheet.text.typed:
+    """The faults of large readings in long whole numbers beside columns with decimals: all their marks may be lost."""
+    faults = []
+    for quantity, (large, digits) in _WHOLE.items():
+        shown = IN_PLACE_OF.get(quantity, quantity)
+        if quantity not in values or {quantity, shown} & set(reading.units) or sheet.text.typed:
             continue
         own = sheet.columns[places[quantity]]
         rows = np.flatnonzero(np.isfinite(values[quantity]))
-        if not rows.size or float(np.nanmedian(np.abs(values[quantity]))) < _LARGE_CAPACITANCE:
+        # Of a capacitance all readings are large; a force begins at zero.
+        size = np.abs(values[quantity][rows])
+        if not rows.size or float(np.median(size) if shown == "capacitance" else np.max(size)) < large:
             continue
-        cells = [own[r].strip() for r in rows[:_SHOWN].tolist()]
-        others = (sheet.columns[i][r] for q, i in places.items() if q != quantity for r in rows[:_SHOWN].tolist())
-        marked = any("." in c or "," in c for c in others)
-        if marked and all(c.isdigit() and len(c) >= _MANY_DIGITS for c in cells):
-            row = int(rows[0])
-            return [
+        spread = rows[:: max(1, rows.size // _SHOWN)].tolist()
+        cells = [own[r].strip().lstrip("+-\u2212") for r in spread]
+        others = [
+            c for q, i in places.items() if q != quantity for r in spread if re.search(r"[.,]\d", c := sheet.columns[i][r])
+        ]
+        row = int(rows[int(np.argmax(size))]) if shown == "force" else int(rows[0])
+        written = own[row].strip()
+        if others and all(map(str.isdigit, cells)) and len(written.lstrip("+-\u2212")) >= digits:
+            unit = sheet.unit_written(places[quantity]) or SI_UNIT[quantity]
+            decimals = max(len(re.split(r"[.,]", c.strip())[-1]) for c in others)
+            faults.append(
                 Fault(
-                    f'column "{sheet.names[places[quantity]]}": "{cells[0]}" would be {values[quantity][row]:.3g} F, written '
-                    "in whole numbers beside columns with decimals: the decimal marks may be lost",
+                    f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '
+                    f"{SI_UNIT[quantity]}, written in whole numbers beside decimals: the decimal marks may be lost",
                     sheet.text.path,
                     int(sheet.lines[row]),
                     places[quantity] + 1,
                     advice="Export the file again from the instrument's software; if the numbers are whole, say their unit "
-                    "once more: --units capacitance=...",
+                    f"once more: --units {shown}={unit}; if all have lost as many decimals, such as {decimals}: "
+                    f'--units "{shown}=1e-{decimals} {unit}"',
                 )
-            ]
-    return []
+            )
+    return faults
 
 
 def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:

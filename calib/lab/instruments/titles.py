@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, zip_longest
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.labtable import Unread
@@ -128,8 +129,9 @@ def _words_among(cells: Sequence[str], units: Sequence[str], line: int) -> list[
 
 def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None:
     """The units in a row of units, "" where there is none; None if it is no such row."""
-    read = [unit_cell(c) for c in cells]
-    units = tuple("" if own is None else own.unit for own in read)
+    usual = [usual_case(name, c) for c, name in zip_longest(cells, names[: len(cells)], fillvalue="")]
+    read = [unit_cell(c) for c in usual]
+    units = tuple("" if u is None else u.unit if c == w else c for c, w, u in zip(cells, usual, read, strict=True))
     if any(units) and all(own is not None for own in read):
         return units
     there = [c for c in cells if c.strip()]

@@ -8,7 +8,16 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, is_unit_of, lab_factor
+from calib.lab.instruments.units import (
+    IN_PLACE_OF,
+    as_force,
+    asked_factor,
+    is_mass,
+    is_unit_of,
+    lab_factor,
+    may_be_meant,
+    usual_units,
+)
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
 
 # Units in which labs have a quantity, the likeliest first: what a column without one may be in.
@@ -53,21 +62,22 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
 
     shown = IN_PLACE_OF.get(quantity, quantity)
     any_usual = Choice("units", _USUAL[shown], shown) if shown in _USUAL else None
-    example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: --units {shown}=...'
+    listed = units_to_say(quantity)
+    example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: {listed}'
     if asked is not None:
         try:
             return None, asked_factor(asked, quantity)
         except ValueError as error:
-            return fault(f"the unit asked for: {error}", "See `calib read --help`")
+            return fault(f"the unit asked for: {error}", f"Say {listed}")
     if heading.unit_doubt:
         how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
-        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: --units {shown}=...")
+        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
     if factor is not None:
         line = factor[1]
         return fault(
             f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
-            f"Say the unit with the factor that makes it right, or the unit alone if they are right: --units {shown}=...",
+            f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
         )
     said = [unit for unit in (inside, below, declared) if unit]
     words = next((c.strip() for c in sheet.columns[index] if c.strip() and not is_missing(c)), "") if not said else ""
@@ -82,15 +92,33 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     try:
         factors = [lab_factor(unit, quantity) for unit in said]
     except ValueError as error:
-        return fault(f'column "{name}": {error}', example)
+        meant = next((m for unit in said if not is_unit_of(unit, quantity) and (m := may_be_meant(unit, quantity))), ())
+        which = Choice("units", meant, shown) if meant else None
+        return fault(f'column "{name}": {error}', f"If so, say it: {which}; else {listed}" if which else example, which)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
         return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" below it', "Correct one of the two")
     if len(set(factors)) > 1:
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
-            f"Correct one of the two, or say which is right: --units {shown}=...",
+            f"Correct one of the two, or say which is right: {listed}",
         )
     return None, factors[0]
+
+
+def units_to_say(quantity: str) -> str:
+    """The option by which the unit of a quantity is said, with all units that it may have, for advice.
+
+    Parameters
+    ----------
+    quantity : of a column.
+
+    >>> print(units_to_say("displacement"))
+    --units displacement=..., one of m, dm, cm, mm, um, nm, Å, in, mil, uin, ft, with a factor if need be ("1e-5 mm")
+    """
+    shown = IN_PLACE_OF.get(quantity, quantity)
+    units = usual_units(quantity)
+    factor = f', with a factor if need be ("1e-5 {_USUAL[shown][0]}")' if shown in _USUAL else ""
+    return f"--units {shown}=..., one of {', '.join(units)}{factor}"
 
 
 def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> str:
@@ -110,6 +138,31 @@ def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) ->
     if not is_unit_of(written, quantity):
         return written
     return "" if np.isclose(lab_factor(written, quantity), asked_factor(asked, quantity), rtol=1e-9) else written
+
+
+def weight_in_words(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> tuple[str, ...]:
+    """The note on a force in a unit of mass, which is read as the weight of so much; () of any other column.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    """
+    unit = unit_in_words(sheet, index, heading, reading)
+    if heading.quantity != "force" or not is_mass(unit):
+        return ()
+    return (f'"{sheet.names[index]}" is in {unit}, which is read as a weight, a force: {_FORCES[as_force(unit)]}',)
+
+
+# What the forces are called that stand for masses.
+_FORCES = {
+    "gf": "grams-force (gf)",
+    "kgf": "kilograms-force (kgf)",
+    "mgf": "milligrams-force (mgf)",
+    "lbf": "pounds-force (lbf)",
+    "ozf": "ounces-force (ozf)",
+}
 
 
 def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, reading: Reading) -> bool:

@@ -32,79 +32,189 @@ SI_UNIT: Mapping[str, str] = MappingProxyType(
 #: Quantities that a file may hold in place of another, which they become.
 IN_PLACE_OF: Mapping[str, str] = MappingProxyType({"capacitance_series": "capacitance", "quality": "dissipation"})
 
-# SI unit -> what `unit_factor` is asked for -> spellings. "MM" or "KN" can only mean one thing on a lab's instrument; "MN" and
-# "PF" may be meant for "mN" and "pF" and are not listed.
+# SI unit -> what `unit_factor` is asked for -> spellings, the usual one first. "MM" or "KN" can only mean one thing on a lab's
+# instrument; "MN" and "PF" may be meant for "mN" and "pF" and are not listed. A mass stands for its weight.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {
             "s": "s S sec secs Sec Secs SEC second seconds Seconds sek Sek Sekunden seconde secondes "
             "segundo segundos secondi sekunda sekundy seg sn saniye mp másodperc sekuntia sekunder с сек 秒 초",
-            "ms": "ms msec msecs millisecond milliseconds Millisekunden мс 毫秒 ミリ秒 밀리초",
-            "us": "us µs microseconds",
-            "ns": "ns nanoseconds",
+            "ms": "ms msec msecs mSec MSEC millis millisecond milliseconds Millisekunden millisecondes milisegundos "
+            "millisecondi мс 毫秒 ミリ秒 밀리초",
+            "us": "us µs usec µsec micros microsecond microseconds Mikrosekunden microsecondes мкс 微秒 マイクロ秒",
+            "ns": "ns nsec nanosecond nanoseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
             "day": "d day days Tag Tage jour jours día días giorni dni 天 日",
-            "hour": "h hr hrs hour hours Hour Hours Stunden heures horas ore godziny 小时 時間 시간",
+            "hour": "h H hr hrs Hr Hrs HR HRS hour hours Hour Hours Stunde Stunden heure heures hora horas ore godziny 小时 "
+            "時間 시간",
         },
         "m": {
             "m": "m meter meters metre metres Meter mètres metros 米",
-            "cm": "cm centimeter centimeters",
-            "mm": "mm MM millimeter millimeters millimetre millimetres Millimeter "
+            "dm": "dm decimeter decimeters decimetre decimetres",
+            "cm": "cm CM centimeter centimeters centimetre centimetres Zentimeter",
+            "mm": "mm MM Mm millimeter millimeters millimetre millimetres Millimeter "
             "Millimetern millimètres milímetros millimetri milimetry мм 毫米 公厘 ミリ 밀리미터",
-            "um": "um µm UM micron microns micrometer micrometers micrometre micrometres Mikrometer мкм 微米",
-            "nm": "nm nanometer nanometers",
-            "in": 'in inch inches In IN Inch Inches " Zoll pouces pulgadas 英寸',
-            "thou": "mil mils thou",
+            "um": "um µm UM micron microns Mikron micrometer micrometers micrometre micrometres Mikrometer micromètres "
+            "micrómetros микрон микрометр мкм 微米 マイクロメートル 마이크로미터",
+            "nm": "nm nanometer nanometers nanometre nanometres Nanometer",
+            "angstrom": "Å angstrom angstroms Angstrom Angstroms ångström ångströms Ångström Ångströms",
+            "in": "in inch inches In IN Inch Inches \" '' ′′ ” Zoll pouce pouces pulgada pulgadas pollici 英寸",
+            "thou": "mil mils thou thous",
+            "microinch": "uin µin uinch µinch microinch microinches",
+            "ft": "ft foot feet",
         },
         "N": {
             "N": "N newton newtons Newton Newtons niuton niutony nyuton Н Ν 牛 牛顿 牛頓 뉴턴",
-            "mN": "mN millinewton millinewtons мН",
-            "uN": "uN µN micronewton micronewtons",
+            "mN": "mN millinewton millinewtons Millinewton мН 毫牛 밀리뉴턴",
+            "uN": "uN µN micronewton micronewtons Mikronewton мкН 微牛",
             "nN": "nN nanonewton nanonewtons",
             "kN": "kN KN kilonewton kilonewtons кН 千牛 킬로뉴턴",
-            "gf": "gf gF gF. grf gram-force gramforce pond гс",
-            "kgf": "kgf kgF kp KGF kilogram-force kilopond кгс",
-            "lbf": "lbf lbF LBF lb-f pound-force lb lbs Lb Lbs LB LBS",
-            "ounce_force": "ozf ozF OZF",
-            "cN": "cN",
-            "dN": "dN",
+            "cN": "cN centinewton centinewtons",
+            "dN": "dN decinewton decinewtons",
             "daN": "daN DaN dekanewton decanewton décanewton",
+            "gf": "gf gF gF. grf g-f gwt gram-force grams-force gramforce gram_force pond гс "
+            "g gm gms gram grams Gramm gramme grammes gramo gramos grammi gramy г 克 グラム 그램",
+            "kgf": "kgf kgF kp KGF kg-f kgwt kilogram-force kilograms-force kilogramforce kilogram_force kilopond кгс "
+            "kg Kg KG kgs kilo kilos kilogram kilograms Kilogramm kilogramme kilogrammes kilogramo kilogramos кг 千克 公斤 "
+            "キログラム 킬로그램",
+            "milligram_force": "mgf mg milligram milligrams Milligramm 毫克",
+            "lbf": "lbf lbF LBF lb-f lbsf pound-force pounds-force lb lbs Lb Lbs LB LBS pound pounds",
+            "ounce_force": "ozf ozF OZF oz-f ounce-force oz Oz OZ ounce ounces",
+            "dyn": "dyn dyne dynes",
+            "poundal": "pdl poundal poundals",
+            "kip": "kip kips",
         },
         "F": {
             "F": "F farad farads Farad 法拉",
-            "mF": "mF",
-            "uF": "uF µF",
-            "nF": "nF",
-            "pF": "pF picofarad picofarads пФ 皮法",
-            "fF": "fF",
+            "mF": "mF millifarad millifarads",
+            "uF": "uF µF uf µf ufd µfd microfarad microfarads мкФ 微法",
+            "nF": "nF nf nfd nanofarad nanofarads нФ 纳法",
+            "pF": "pF pf pfd uuF µµF uufd µµfd mmfd picofarad picofarads пФ 皮法",
+            "fF": "fF femtofarad femtofarads",
+            "aF": "aF attofarad attofarads",
         },
         "Hz": {"Hz": "Hz HZ hz hertz Hertz 赫兹", "kHz": "kHz KHz kHZ KHZ", "MHz": "MHz"},
         "": {"": "- 1 – — [-] none cycles # x"},
     }
 )
 
+# Spellings that may be several units -> what may be meant, the likeliest first; those that differ by their case are found.
+_MEANT: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "s": {"\N{REPLACEMENT CHARACTER}s": ("us",), "?s": ("us",)},
+        "m": {"\N{REPLACEMENT CHARACTER}m": ("um",), "?m": ("um",), "A": ("Å",), "micro": ("um",), "u": ("um",), "µ": ("um",)},
+        "N": {"p": ("gf",), "gr": ("gf",), "\N{REPLACEMENT CHARACTER}N": ("uN",), "?N": ("uN",), "t": ("1000 kgf",)},
+        "F": {
+            "mmF": ("pF", "mF"),
+            "mfd": ("uF", "mF"),
+            "mf": ("mF", "uF"),
+            "\N{REPLACEMENT CHARACTER}F": ("uF",),
+            "?F": ("uF",),
+            "p": ("pF",),
+            "n": ("nF",),
+            "u": ("uF",),
+        },
+    }
+)
+
+
+def mended(text: str) -> str:
+    """A text that was encoded as UTF-8 and read as another encoding, maybe twice, as it was; any other as it is.
+
+    >>> mended("z (Âµm)"), mended("KapazitÃ¤t"), mended("Ångström")
+    ('z (µm)', 'Kapazität', 'Ångström')
+    """
+    for _ in range(2):
+        if not any(c in text for c in "ÃÂÎÏâÐÑ"):
+            break
+        for encoding in ("cp1252", "latin-1"):
+            try:
+                text = text.encode(encoding).decode("utf-8")
+            except UnicodeError:
+                continue
+            break
+    return text
+
 
 def _tidy(unit: str) -> str:
-    return re.sub(r"\s+", " ", unicodedata.normalize("NFKC", unit)).strip().replace("μ", "µ")
+    return re.sub(r"\s+", " ", unicodedata.normalize("NFKC", mended(unit))).strip().replace("μ", "µ")
 
 
 _BY_SPELLING: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
-        si: MappingProxyType({word: asked for asked, words in table.items() for word in words.split(" ")})
+        si: MappingProxyType({_tidy(word): asked for asked, words in table.items() for word in words.split(" ")})
         for si, table in _SPELLINGS.items()
     }
 )
+# Units that are spelled out, "MILLIMETERS" and "PicoFarads", mean one thing in any case.
+_SPELLED_OUT = 5
+# "in." and "lbs." are abbreviations, "N." is an initial.
+_ABBREVIATED = 2
+_IN_ANY_CASE: Mapping[str, Mapping[str, str]] = MappingProxyType(
+    {
+        si: MappingProxyType({word.lower(): asked for word, asked in table.items() if len(word) >= _SPELLED_OUT})
+        for si, table in _BY_SPELLING.items()
+    }
+)
+_MASSES = frozenset(
+    [
+        "g",
+        "gm",
+        "gms",
+        "gram",
+        "grams",
+        "gramm",
+        "gramme",
+        "grammes",
+        "gramo",
+        "gramos",
+        "grammi",
+        "gramy",
+        "г",
+        "克",
+        "グラム",
+        "그램",
+        "kg",
+        "kgs",
+        "kilo",
+        "kilos",
+        "kilogram",
+        "kilograms",
+        "kilogramm",
+        "kilogramme",
+        "kilogrammes",
+        "kilogramo",
+        "kilogramos",
+        "кг",
+        "千克",
+        "公斤",
+        "キログラム",
+        "킬로그램",
+        "mg",
+        "milligram",
+        "milligrams",
+        "milligramm",
+        "毫克",
+        "lb",
+        "lbs",
+        "pound",
+        "pounds",
+        "oz",
+        "ounce",
+        "ounces",
+    ]
+)
 
-# What is meant when a mass stands where a force is.
-_AS_FORCE = {
-    "g": "gf",
-    "gr": "gf",
-    "gram": "gf",
-    "grams": "gf",
-    "kg": "kgf",
-    "oz": "ozf",
-    "gm": "gf",
-}
+
+def _asked(tidy: str, si: str) -> str | None:
+    """What `unit_factor` is asked for by a spelling, with or without the mark of an abbreviation ("in."); None if unknown."""
+    for word in (tidy, tidy.removesuffix(".") if len(tidy) > _ABBREVIATED else tidy):
+        found = _BY_SPELLING[si].get(word)
+        if found is None and len(word) >= _SPELLED_OUT:
+            found = _IN_ANY_CASE[si].get(word.lower())
+        if found is not None:
+            return found
+    return None
 
 
 # A power of ten before a unit: "10^-3 N", "1e-12 F", "x10\u207b\u00b3 mm" (which NFKC writes 10\u22123).
@@ -138,14 +248,17 @@ def lab_factor(unit: str, quantity: str) -> float:
     si, tidy = SI_UNIT[quantity], _tidy(unit)
     if si == "" and tidy in _SHARES:
         return _SHARES[tidy]
-    asked = _BY_SPELLING[si].get(tidy)
+    asked = _asked(tidy, si)
     if asked is not None:
         return unit_factor(asked, si)
     power = _POWER.fullmatch(tidy.replace("\u2212", "-"))
     if power is not None and (not si or power["unit"]):
         exponent = int(power["ten"] or power["up"] or power["e"])
         return float(Decimal(repr(lab_factor(power["unit"] or "-", quantity))).scaleb(exponent))
-    raise ValueError(f'unknown unit "{unit}" of {quantity.removesuffix("_series")}{_hint(tidy, si)}')
+    meant = " or ".join(may_be_meant(unit, quantity))
+    raise ValueError(
+        f'unknown unit "{unit}" of {quantity.removesuffix("_series")}{f", did you mean {meant}?" if meant else ""}'
+    )
 
 
 def asked_factor(unit: str, quantity: str) -> float:
@@ -203,22 +316,68 @@ def unit_ratios(quantity: str) -> tuple[tuple[float, str], ...]:
 _NAME_OF = {"hour": "h"}
 
 
-def _hint(unit: str, si: str) -> str:
-    if si == "N" and unit.lower() in _AS_FORCE:
-        meant = _AS_FORCE[unit.lower()]
-        return f" (a mass; if the weight of so much is meant, say --units force={meant})"
-    alike = sorted({word for word in _BY_SPELLING[si] if word.lower() == unit.lower()})
-    return f", did you mean {' or '.join(alike)}?" if alike else ""
+def may_be_meant(unit: str, quantity: str) -> tuple[str, ...]:
+    """The units that a spelling which is none may be meant for: those that differ by their case, or those that it is short for.
+
+    Parameters
+    ----------
+    unit : as written.
+    quantity : one of `SI_UNIT`.
+
+    >>> may_be_meant("PF", "capacitance"), may_be_meant("mfd", "capacitance"), may_be_meant("quux", "force")
+    (('pF',), ('uF', 'mF'), ())
+    """
+    si, tidy = SI_UNIT[quantity], _tidy(unit)
+    table = _MEANT.get(si, {})
+    listed = next((meant for word, meant in table.items() if tidy in (word, word.upper())), ())
+    alike = {asked for word, asked in _BY_SPELLING[si].items() if word.lower() == tidy.lower()} if si else set()
+    return listed or tuple(dict.fromkeys(_usual(si, asked) for asked in sorted(alike)))
 
 
-def is_pound(unit: str) -> bool:
-    """Whether a unit of force is written as pounds, without a word of force: on a tester a pound is one."""
-    return _tidy(unit).lower() in ("lb", "lbs")
+def _usual(si: str, asked: str) -> str:
+    return _SPELLINGS[si][asked].split(" ", 1)[0]
+
+
+def usual_units(quantity: str) -> tuple[str, ...]:
+    """The units that a quantity may be said in, in their usual spelling.
+
+    Parameters
+    ----------
+    quantity : one of `SI_UNIT`.
+
+    >>> usual_units("capacitance")
+    ('F', 'mF', 'uF', 'nF', 'pF', 'fF', 'aF')
+    """
+    si = SI_UNIT[quantity]
+    return tuple(_usual(si, asked) for asked in _SPELLINGS[si]) if si else ("1", "%", "‰")
+
+
+# In a header of capitals alone these can only be meant so; "MN" and "MF" stay open, "NM" is a torque elsewhere.
+_OF_CAPITALS = MappingProxyType(
+    {
+        word.upper(): word
+        for word in ["pF", "nF", "uF", "fF", "ms", "us", "ns", "uN", "cN", "dN", "daN", "gf", "g", "mil", "dyn"]
+    }
+)
+
+
+def from_capitals(unit: str) -> str:
+    """A unit from a header of capitals alone, as it is usually written; "" if that cannot be told or is the same.
+
+    >>> from_capitals("PF"), from_capitals("MN"), from_capitals("MM")
+    ('pF', '', '')
+    """
+    return _OF_CAPITALS.get(_tidy(unit), "")
 
 
 def is_mass(unit: str) -> bool:
-    """Whether a word is a unit of mass, which may stand where a force is meant."""
-    return _tidy(unit).lower() in _AS_FORCE
+    """Whether a unit of force is written as one of mass, whose weight is meant: on a tester a pound or a gram is a force."""
+    return _tidy(unit).removesuffix(".").lower() in _MASSES
+
+
+def as_force(unit: str) -> str:
+    """The unit of force that a unit of mass stands for: "gf" of "grams"."""
+    return _usual("N", _asked(_tidy(unit), "N") or "N")
 
 
 def is_unit_of(unit: str, quantity: str) -> bool:
@@ -243,7 +402,7 @@ def looks_like_unit(text: str) -> bool:
     (True, True, False)
     """
     tidy = _tidy(text)
-    known = tidy in _AS_FORCE or tidy in _SHARES or any(tidy in words for words in _BY_SPELLING.values())
+    known = tidy in _SHARES or any(_asked(tidy, si) is not None for si in _BY_SPELLING)
     return known or _OTHER_UNIT.fullmatch(tidy) is not None
 
 

@@ -23,10 +23,11 @@ from calib.lab.instruments.brackets import (
     says_sense,
     tidy,
     without_brackets,
+    words_in,
 )
-from calib.lab.instruments.lexicon import NAMES, PROCESSED
+from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
-from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
+from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
@@ -54,8 +55,13 @@ _LONGEST = 120
 # Letters of a name that may be the beginning of a longer one.
 _CUT = 9
 _APART = " ,;:/"
-# Letters that are names only with a unit: s, h of a depth, P of a load.
-_ONLY_WITH_UNIT = ("s", "h", "p", "δ")
+# What the clocks of microcontrollers are called, by what they count.
+_NAMES_OF_UNITS = ("millis", "micros")
+# How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
+_REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
+_CAPACITY = re.compile(
+    rf"(?P<name>.*[^\W\d_])[\s_,-]+(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
+)
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 # A function of what was measured.
@@ -196,6 +202,20 @@ def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
     return replace(alone, unit=unit) if alone is not None and unit and not of_share and not of_charge else None
 
 
+def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
+    """Read a header cell that says that its column is a mean of readings as the name of what they are of; None if it does not.
+
+    Parameters
+    ----------
+    cell, unit_below : as of `understand`.
+
+    >>> as_a_mean("force mean (N)").quantity, as_a_mean("force max (N)"), as_a_mean("mean of max force (N)")
+    ('force', None, None)
+    """
+    said = [word for word in words_in(re.sub(r"[()\[\]{}]", " ", cell)) if no_record(word)]
+    return as_a_record(cell, unit_below) if said and all(word in MEANS for word in said) else None
+
+
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     """Read a header cell as the name of a quantity that the user says it is; only its units and factors can be in doubt then.
 
@@ -232,18 +252,18 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
-    outside, brackets = cut[0], tuple(part for bracket in cut[1] for part in parted(bracket))
+    brackets = tuple(part for bracket in cut[1] for part in parted(bracket))
+    outside, capacity = _without_capacity(cut[0], (*brackets, unit_below))
+    if capacity:
+        found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)
+        return replace(found, index=found.index or capacity.lower()) if isinstance(found, Heading) else found
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
         readings = list(meanings(plain, inside, unit_below))
-        if (
-            tail
-            and readings
-            and not any(is_unit_of(tail, m.quantity) or (m.quantity == "force" and is_mass(tail)) for m in readings)
-        ):
-            # What stands behind the name is no unit of it: "Load A", "Time N".
-            if not is_letter(tail):
+        if tail and readings and not any(is_unit_of(tail, m.quantity) for m in readings):
+            # What stands behind the name is no unit of it: "Load A", "Time N"; or one in another case: "Load_MN".
+            if not is_letter(tail) and (looks_like_unit(tail) or any(may_be_meant(tail, m.quantity) for m in readings)):
                 return _weighed(readings, plain, inside, unit_below)
             continue
         if readings:
@@ -253,11 +273,26 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     return _reason(words(outside), brackets, unit_below)
 
 
+def _without_capacity(outside: str, units: Sequence[str]) -> tuple[str, str]:
+    """The words outside of the brackets without how far the cell reaches, and that: "5 kN" of "Load cell 5 kN (N)".
+
+    It is one where the unit of the readings stands beside it; else "5 kN" is a number and the unit.
+    """
+    match = _CAPACITY.fullmatch(outside)
+    if match is None:
+        return outside, ""
+    tail = (match["tail"] or "").strip(" _,/")
+    if not any(unit and is_unit_of(unit, "force") for unit in (*units, tail)):
+        return outside, ""
+    name = (match["name"] or match["behind"]).strip(" _,/-")
+    return f"{name} {tail}".strip(), (match["capacity"] or match["first"]).replace(" ", "")
+
+
 def spelled_unit(cell: str) -> tuple[str, str] | None:
     """Quantity and unit of a header cell that is nothing but a unit spelled out; None if it is more, or none.
 
     >>> spelled_unit("Millimeters"), spelled_unit("newtons"), spelled_unit("Meter")
-    (('displacement', 'millimeters'), ('force', 'newtons'), None)
+    (('displacement', 'Millimeters'), ('force', 'newtons'), None)
     """
     if _SPELLED_UNIT.fullmatch(cell) is None:
         return None
@@ -287,7 +322,10 @@ def _bare(outside: str) -> str:
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
     match = _TAIL.match(_bare(outside))
-    if match is not None and looks_like_unit(match["unit"]) and match["unit"] not in _NO_TAIL:
+    if match is None or match["unit"] in _NO_TAIL:
+        return
+    miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)
+    if looks_like_unit(match["unit"]) or miscased:
         yield _bare(match["name"]), match["unit"]
 
 
@@ -305,7 +343,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and name in _ONLY_WITH_UNIT:
+    if not fitting and name in ONLY_WITH_UNIT:
         return "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
@@ -318,6 +356,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (reason := no_record(bracket)):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
+    if unit is None and not (unit_doubt or unit_below) and name in _NAMES_OF_UNITS:
+        unit = name
     index, name_doubt, processed = meaning.index, meaning.doubt, meaning.processed
     unknown: list[str] = []
     for bracket in written:
@@ -395,8 +435,6 @@ def _of_something_else(quantity: str, name: str, units: Sequence[str], *, letter
         if unit in ("-", "1", "#", "x"):
             continue
         kind = kind_of_unit(unit, charge=name in ("charge", "q"))
-        if quantity == "force" and is_mass(unit):
-            return ""
         if kind and quantity == "displacement" and _STRAIN.fullmatch(unit):
             return "a share or strain: not used"
         if kind and (letter or quantity not in ("time", "cycle", "status")):

@@ -84,7 +84,7 @@ def test_what_is_advised_of_a_capacitance_that_may_be_in_series_can_be_pasted(tm
     [
         (["--units", "force"], "not of the form quantity=value"),
         (["--units", "weight=kN"], "The quantities are time"),
-        (["--units", "force=kg"], "--units force=kgf"),
+        (["--units", "force=tons"], "one of N, mN"),
         (["--units", "capacitance=pF"], "there is no capacitance column"),
         (["--columns", "force=Weight"], 'no column "Weight"'),
         (["--specimen", "2"], "there is no specimen 2"),

@@ -112,6 +112,10 @@ def _factors() -> Iterator[Case]:
         units=("(s)", "(mm)", "(x10 N)"),
     )
     yield _tester("millinewton_times_1000", (time, way, "Force (mN) (x1000)"), "must_refuse", f=milli, factors=None)
+    kilograms = times(P.f, "0.1019716", 6)
+    yield _tester(
+        "force_kilograms", (time, way, "Force (kg)"), "must_read", f=kilograms, factors=("1", "1e-3", "9.80665"), told=("kgf",)
+    )
     yield _tester("ten_to_the_three_newton", (time, way, "Load (10^3 N)"), "may_refuse", f=kilo, factors=("1", "1e-3", "1e3"))
     yield _tester("ten_to_the_minus_three", (time, way, "Load (10^-3 N)"), "may_refuse", f=milli, factors=("1", "1e-3", "1e-3"))
     yield _tester("superscript_power", (time, way, "Force [10⁻³ N]"), "may_refuse", f=milli, factors=("1", "1e-3", "1e-3"))
@@ -236,7 +240,6 @@ def _no_records() -> Iterator[Case]:
         ("load_minimum", "Load min (N)", P.f),
         ("force_sollwert", "Kraft Soll (N)", P.f),
         ("force_raw_counts", "Force (counts)", times(P.f, "1000", 0)),
-        ("force_kilograms", "Force (kg)", times(P.f, "0.1019716", 4)),
     ):
         yield _tester(
             name, (time, way, head), "must_refuse", f=f, factors=None, blame=("force", head), why="no record of a force"

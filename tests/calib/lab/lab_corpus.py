@@ -33,6 +33,7 @@ _FORCES: Mapping[str, int | str] = {
     "kN": 1000,
     "mN": "0.001",
     "gf": "0.00980665",
+    "g": "0.00980665",
     "kgf": "9.80665",
     "lbf": "4.4482216152605",
 }
@@ -55,7 +56,7 @@ FACTOR: Mapping[str, Mapping[str, Decimal]] = {
 OTHER_UNIT: Mapping[str, str] = {
     "s": "ms", "sec": "ms", "Sec": "ms", "ms": "s", "min": "s", "minutes": "s", "m": "mm", "mm": "um", "um": "mm",
     "\u00b5m": "mm", "\u03bcm": "mm", "in": "mm", "inch": "mm", "N": "kN", "kN": "N", "mN": "N", "gf": "kgf", "kgf": "N",
-    "lbf": "N", "pF": "nF", "nF": "pF", "uF": "nF", "\u00b5F": "nF", "F": "pF", "Hz": "kHz", "kHz": "Hz",
+    "g": "kgf", "lbf": "N", "pF": "nF", "nF": "pF", "uF": "nF", "\u00b5F": "nF", "F": "pF", "Hz": "kHz", "kHz": "Hz",
 }  # fmt: skip
 
 #: Quantities without which a row is of no use, if the file has the column.
@@ -64,8 +65,8 @@ ESSENTIAL = ("time", "displacement", "force", "capacitance")
 # Digits after the decimal mark by which each unit is written: the resolution of the layout. None: with an exponent.
 _DIGITS: Mapping[str, int | None] = {
     "s": 2, "sec": 2, "Sec": 2, "ms": 1, "min": 5, "minutes": 5, "m": 7, "mm": 4, "um": 1, "\u00b5m": 1, "\u03bcm": 1, "in": 6,
-    "inch": 6, "N": 3, "kN": 4, "mN": 1, "gf": 2, "kgf": 5, "lbf": 5, "pF": 3, "nF": 6, "uF": 9, "\u00b5F": 9, "F": None,
-    "Hz": 1, "kHz": 3, "": 5, "-": 5,
+    "inch": 6, "N": 3, "kN": 4, "mN": 1, "gf": 2, "g": 2, "kgf": 5, "lbf": 5, "pF": 3, "nF": 6, "uF": 9, "\u00b5F": 9,
+    "F": None, "Hz": 1, "kHz": 3, "": 5, "-": 5,
 }  # fmt: skip
 
 _SENTINEL = re.compile(r"^(?:over|ovld|ov\d+|ol|overload|overflow|-{2,}|\*+)$", re.IGNORECASE)
@@ -706,8 +707,6 @@ def _machines(n: int) -> list[Variant]:
         build(
             "ta.xt grams",
             stable,
-            "refused",
-            Refusal((1,), ("gf", "force=gf")),
         ),
         build(
             "ta.xt grams, told that they are gram-force",

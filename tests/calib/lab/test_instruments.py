@@ -330,7 +330,11 @@ def test_a_column_without_a_unit_is_refused_with_advice(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("unit", "message"),
-    [("furlongz", "unknown unit"), ("g", 'unit "g" of force .a mass.*--units force=gf'), ("PF", "unknown|converted")],
+    [
+        ("furlongz", "unknown unit"),
+        ("gr", 'unit "gr" of force, did you mean gf.*--units force=gf'),
+        ("PF", "unknown|converted"),
+    ],
 )
 def test_a_unit_that_is_unknown_or_of_something_else_is_refused(tmp_path: Path, unit: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:

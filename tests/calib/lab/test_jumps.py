@@ -104,16 +104,25 @@ def test_noise_about_zero_is_not_off_by_a_power_of_ten(seed: int) -> None:
     assert doubtful(cells, np.round(values, 4), ".").rows == {}
 
 
-@pytest.mark.parametrize("unit", ["lb", "lbs", "LBS"])
-def test_pounds_are_read_as_pounds_force_and_told(tmp_path: Path, unit: str) -> None:
+@pytest.mark.parametrize(
+    ("unit", "newtons", "told"),
+    [
+        *((unit, 4.4482216152605, "pounds-force (lbf)") for unit in ("lb", "lbs", "LBS", "pounds")),
+        *((unit, 9.80665e-3, "grams-force (gf)") for unit in ("g", "grams", "Gramm")),
+        *((unit, 9.80665, "kilograms-force (kgf)") for unit in ("kg", "KG", "kilo")),
+        ("mg", 9.80665e-6, "milligrams-force (mgf)"),
+        ("oz", 0.27801385095378, "ounces-force (ozf)"),
+    ],
+)
+def test_masses_of_a_load_are_read_as_weights_and_told(tmp_path: Path, unit: str, newtons: float, told: str) -> None:
     table = _read(tmp_path, T, X, F, heads=(*HEADS[:2], f"Load ({unit})"))
-    np.testing.assert_allclose(table.columns["force"], F * 4.4482216152605)
-    assert any("pounds-force" in note for note in table.notes)
+    np.testing.assert_allclose(table.columns["force"], F * newtons)
+    assert any(told in note for note in table.notes)
 
 
-def test_grams_are_refused_with_the_unit_to_paste(tmp_path: Path) -> None:
+def test_a_unit_that_may_be_of_a_mass_or_another_is_refused_with_the_unit_to_paste(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--units force=gf"):
-        _read(tmp_path, T, X, F, heads=(*HEADS[:2], "Force (g)"))
+        _read(tmp_path, T, X, F, heads=(*HEADS[:2], "Force (gr)"))
 
 
 @pytest.mark.parametrize("heads", [("時間(秒)", "位移(mm)", "荷重(N)"), ("時間(s)", "行程(公厘)", "負載(牛頓)")])

@@ -1,0 +1,153 @@
+"""From a `Sheet` to the same with plain numbers where its cells show the unit: "97.1 pF", times since 1970."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, to_numbers
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, asked_factor, is_unit_of, lab_factor
+from calib.lab.instruments.vocabulary import Heading
+
+# Cells that show whether a column is one of plain numbers.
+_SEEN, _SEEN_OF_TIME = 50, 2000
+# One way of writing has so many cells at least, and this share of all: fewer may be damaged.
+_FEWEST, _SHARE = 3, 0.02
+# A number, and letters or a sign behind it.
+_WITH_UNIT = re.compile(rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?(?P<unit>[^\W\d_]{{1,12}}|[%‰])")
+_PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6}
+# Seconds since 1970 of the years 2010 to 2036, the units in which they are counted, and the steps of a press [s]: a counter
+# of milliseconds since the logger was switched on would go in larger ones if it were seconds.
+_NOW, _COUNTED, _LARGEST_STEP = (1.26e9, 2.1e9), {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}, 2.0
+
+
+def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
+    """Take units and prefixes off the numbers of columns that are understood, and say so.
+
+    A cell is read by the unit that stands in it. Where a cell holds something else, or a unit that is none of the column's, the
+    column stays as it is, as it does where few cells have one.
+
+    Parameters
+    ----------
+    sheet : the record.
+    reading : what the user says of the file.
+
+    Returns
+    -------
+    The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
+    """
+    columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
+    for index, heading in sheet.headings().items():
+        if not 0 <= index < len(columns) or heading.quantity == "status":
+            continue
+        asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))
+        written = heading.unit or sheet.unit_below(index)
+        written = written or sheet.declared_units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ("", 0))[0]
+        name = sheet.names[index] or f"column {index + 1}"
+        if not sheet.text.typed:
+            found = _without_units(columns[index], heading, asked or written)
+            if found is not None:
+                columns[index], unit, seen = found
+                units[index] = unit or units.get(index, "")
+                notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
+        if heading.quantity == "time" and not (asked or written or heading.unit_doubt):
+            unit = _since_1970(columns[index], sheet.declared_decimal)
+            if unit:
+                units[index] = unit
+                notes.append(f'"{name}" has no unit: its numbers are {_WORDS[unit]} since 1970, and read so')
+    below = tuple(units.get(index, "") for index in range(len(sheet.names))) if any(units.values()) else sheet.units
+    return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
+
+
+def _enough(n_cell: int) -> float:
+    """How many cells must be written in a way that is no damage."""
+    return max(_FEWEST, _SHARE * n_cell)
+
+
+_WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+
+
+def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tuple[list[str], str, list[str]] | None:
+    """The cells as numbers in one unit, that unit, "" where it is the written one, and the units that stand in cells.
+
+    None if all are plain numbers, or one cannot be told.
+    """
+    first = list(islice((c for c in cells if c.strip() and not is_missing(c) and not is_over_range(c)), _SEEN))
+    if all(is_numeric(cell) or is_clock(cell) for cell in first):
+        return None
+    matches: dict[str, tuple[str, str]] = {}
+    written_so: Counter[str] = Counter()
+    for cell, count in Counter(cells).items():
+        if not cell.strip() or is_missing(cell) or is_over_range(cell):
+            continue
+        match = _WITH_UNIT.fullmatch(cell.strip())
+        if match is None and not is_numeric(cell):
+            return None
+        matches[cell] = (match["number"], match["unit"]) if match is not None else (cell, "")
+        written_so[matches[cell][1]] += count
+    if min(written_so.values()) < _enough(written_so.total()):
+        return None
+    seen = sorted({unit for _, unit in matches.values()})
+    powers = _powers(heading.quantity, seen, written)
+    if powers is None:
+        return None
+    unit, power = powers
+    plain: dict[str, str] = {}
+    for cell, (number, own) in matches.items():
+        if power[own] and "e" in number.lower():
+            return None
+        plain[cell] = f"{number}e{power[own]}" if power[own] else number
+    return [plain.get(cell, cell) for cell in cells], unit, [own or "none" for own in seen]
+
+
+def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict[str, int]] | None:
+    """The unit below the name, "" where one is written, and by which power of ten each unit in cells differs from it."""
+    own = [unit for unit in seen if unit and is_unit_of(unit, quantity)]
+    try:
+        factor = asked_factor(written, quantity) if written else 0.0
+    except ValueError:
+        return None
+    if not written and (len(own) < len(seen) or not own):
+        return None
+    # Of one unit in all cells that is not the written one, none is right.
+    if written and len(seen) == 1 and own and factor not in (1.0, lab_factor(own[0], quantity)):
+        return None
+    unit = "" if written else own[0] if len(own) == 1 else SI_UNIT[quantity]
+    factor = factor or lab_factor(unit, quantity)
+    power: dict[str, int] = {}
+    for word in seen:
+        if word in own and not (word in _PREFIXES and written):
+            exponent = math.log10(lab_factor(word, quantity) / factor)
+        elif word in _PREFIXES and word not in own and factor in (1.0, 10.0 ** _PREFIXES[word]) and SI_UNIT[quantity]:
+            exponent = _PREFIXES[word] if factor == 1.0 else 0.0
+        elif not word:
+            exponent = 0.0
+        else:
+            return None
+        if not math.isclose(exponent, round(exponent), abs_tol=1e-9):
+            return None
+        power[word] = round(exponent)
+    return unit, power
+
+
+def _since_1970(cells: Sequence[str], decimal: str) -> str:
+    """The unit in which times are counted since 1970; "" if they are not, or go on in other steps than readings of a press."""
+    numbers = to_numbers([c.strip() for c in cells[:_SEEN_OF_TIME]], decimal or ".").values
+    there = numbers[np.isfinite(numbers)]
+    steps = np.diff(there)
+    if there.size < 2 or not np.any(steps > 0):
+        return ""
+    for unit, size in _COUNTED.items():
+        pace = float(np.median(steps[steps > 0])) * size
+        if _NOW[0] < float(there.min()) * size and float(there.max()) * size < _NOW[1] and pace <= _LARGEST_STEP:
+            return unit
+    return ""

@@ -1,0 +1,116 @@
+"""From a `Sheet` of which no time is read to the note on a column that may be one, and the options by which it is read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from decimal import Decimal
+
+import numpy as np
+
+from calib.errors import in_shell
+from calib.lab.instruments.clock_cells import is_clock, is_date
+from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.times import unit_of_numbers
+from calib.lab.instruments.units import asked_factor, is_unit_of
+
+# "Sample rate: 50 Hz", "Sampling interval [ms];20", "Abtastrate 100 1/s".
+_RATE = re.compile(
+    r"\b(?:sampl\w*|scan|acquisition|data|logging|log|record\w*|measur\w*|abtast\w*|mess\w*|échantillonnage|muestreo)[\s_-]*"
+    r"(?:acquisition[\s_-]*)?(?:rate|frequency|freq|interval|period|time|rate|frequenz|intervall|d'échantillonnage|step)?\b"
+    r"(?P<between>[^\d]*)(?P<number>\d+(?:[.,]\d+)?)[\s,;]*(?P<unit>[^\W\d]+(?:/s(?:ec)?)?|1/s)?",
+    re.IGNORECASE,
+)
+_UNIT_BEFORE = re.compile(r"[\[(,]\s*(?P<unit>[^\W\d]+(?:/s)?|1/s)\s*[\])]?")
+_PER_SECOND = frozenset(
+    [
+        "hz",
+        "khz",
+        "s/s",
+        "ks/s",
+        "sa/s",
+        "ksa/s",
+        "sps",
+        "ksps",
+        "1/s",
+        "samples/s",
+        "samples/sec",
+        "pts/s",
+        "points/s",
+        "readings/s",
+    ]
+)
+# Of so many rows at least, nearly all steps of a column that may be a time go up; cells that show whether it holds clocks.
+_FEWEST, _UP, _SEEN = 5, 0.98, 50
+
+
+def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str]) -> str:
+    """Say of a record without a time which column may be one, and by which options it is read; "" if none may.
+
+    It holds dates or times of day, goes up from row to row, or counts the rows; beside a stated rate that makes a time.
+
+    Parameters
+    ----------
+    sheet : the record.
+    used : indices of the columns that are read.
+    unread : index -> why a column is not read.
+    """
+    counter, rising = None, None
+    for index in range(len(sheet.names)):
+        why = unread.get(index, "not understood")
+        if index in used or index in sheet.set_aside or not why.startswith(("not understood", "names of the rows")):
+            continue
+        seen = [c for c in sheet.columns[index][:_SEEN] if c.strip()]
+        if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
+            return f'no time is read; if "{_name(sheet, index)}" is one: {_asked(sheet, index)}'
+        values = to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
+        values = values[np.isfinite(values)]
+        steps = np.diff(values)
+        if values.size < _FEWEST or np.count_nonzero(steps > 0) < _UP * steps.size:
+            continue
+        if np.all(steps == 1) and np.all(values % 1 == 0):
+            counter = index if counter is None else counter
+        elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
+            rising = index, sheet.unit_written(index) or unit_of_numbers(float(values[0])) or "s"
+    if rising is not None:
+        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units time={rising[1]}"
+        return f'no time is read; "{name}" rises from row to row as one does: if it is one, {asked}'
+    if counter is None:
+        return ""
+    name, stated = _name(sheet, counter), _stated_step(sheet)
+    if stated is None:
+        asked = f'{_asked(sheet, counter)} --units "time=... s", the seconds that one count lasts'
+        return f'no time is read; "{name}" counts the rows: if it is to be the time, {asked}'
+    line, step = stated
+    asked = f"{_asked(sheet, counter)} --units {in_shell(f'time={step} s')}"
+    said = sheet.prelude[line - 1].strip()[:60]
+    return f'no time is read; "{name}" counts the rows and line {line} says "{said}": {asked} reads the time from both'
+
+
+def _asked(sheet: Sheet, index: int) -> str:
+    return f"--columns {in_shell(f'time={sheet.name_for_asking(index)}')}"
+
+
+def _name(sheet: Sheet, index: int) -> str:
+    return sheet.names[index] or f"column {index + 1}"
+
+
+def _stated_step(sheet: Sheet) -> tuple[int, str] | None:
+    """The line from 1 above the header that states how often was read, and the time [s] from one reading to the next."""
+    for line, text in enumerate(sheet.prelude, 1):
+        match = _RATE.search(text)
+        if match is None or not Decimal(match["number"].replace(",", ".")):
+            continue
+        number = Decimal(match["number"].replace(",", "."))
+        before = _UNIT_BEFORE.search(match["between"])
+        unit = match["unit"] or (before["unit"] if before is not None else "")
+        if unit.lower() in _PER_SECOND:
+            return line, _written(1 / (number * (1000 if unit.lower().startswith("k") else 1)))
+        if unit and is_unit_of(unit, "time") and not re.search(r"total|duration|dauer", text, re.IGNORECASE):
+            return line, _written(number * Decimal(repr(asked_factor(unit, "time"))))
+    return None
+
+
+def _written(step: Decimal) -> str:
+    return f"{step.normalize():f}" if step == round(step, 9) else f"{float(step):.9g}"

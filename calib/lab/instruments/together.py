@@ -1,0 +1,88 @@
+"""From all names of a header to columns that are a record by those beside them: means with deviations, "actual" by a target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+from calib.lab.instruments.brackets import no_record, tidy, without_brackets, words_in
+from calib.lab.instruments.lexicon import COMMANDED, MEASURED, SPREADS
+from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.units import is_unit_of, looks_like_unit
+from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
+
+_QUANTITIES = ("displacement", "force", "capacitance")
+
+
+@lru_cache(maxsize=256)
+def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
+    """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
+
+    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "actual (mm)"
+    is one where another column in such a unit was commanded.
+
+    Parameters
+    ----------
+    names, below : of all columns, and the units below them, "" where there is none.
+
+    >>> found = understood_together(("depth mean (mm)", "depth std (mm)", "target (N)", "actual (N)"), ("",) * 4)
+    >>> [(index, heading.quantity, heading.unit) for index, heading in found.items()]
+    [(0, 'displacement', 'mm'), (3, 'force', 'N')]
+    """
+    columns = list(zip(names, below, strict=True))
+    known = {heading.quantity for name, unit in columns if name and (heading := understand(name, unit)) is not None}
+    found = {i: h for i, (name, unit) in enumerate(columns) if name and (h := as_a_mean(name, unit)) is not None}
+    records = [as_a_record(name, unit) for name, unit in columns]
+    spreads = {h.quantity for (name, _), h in zip(columns, records, strict=True) if h is not None and is_spread(name)}
+    others = [
+        i
+        for i, h in enumerate(records)
+        if h is not None and h.quantity in _QUANTITIES and i not in found and not is_spread(names[i])
+    ]
+    found = {
+        i: h
+        for i, h in found.items()
+        if h.quantity not in known
+        and (h.quantity in spreads or (not others and len({mean.quantity for mean in found.values()}) > 1))
+        and not any((other := records[k]) is not None and other.quantity == h.quantity for k in others)
+    }
+    for quantity in ("displacement", "force"):
+        measured = [i for i, (name, unit) in enumerate(columns) if _is_measured(name, unit, quantity)]
+        commanded = [i for i, (name, unit) in enumerate(columns) if _is_commanded(name, unit, quantity)]
+        if quantity not in known and commanded and len(measured) == 1:
+            name, unit = columns[measured[0]]
+            own = unit or _unit_in(name)
+            found[measured[0]] = Heading(quantity, 3 * PLAIN, " ".join(_plain_words(name)), None if unit else own)
+    return found
+
+
+def is_spread(name: str) -> bool:
+    """Whether a name is that of a deviation of readings from their mean."""
+    return any(word.strip("()[]{}") in SPREADS for word in words_in(name))
+
+
+def _unit_in(name: str) -> str:
+    """The unit that ends a name, in brackets or not."""
+    cut = without_brackets(tidy(name))
+    inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
+    tail = name.replace("_", " ").split()[-1:]
+    return inside[-1] if inside else next((word for word in tail if looks_like_unit(word)), "")
+
+
+def _plain_words(name: str) -> Sequence[str]:
+    """The words of a name without its brackets and the unit behind it."""
+    cut = without_brackets(tidy(name))
+    words = words_in(cut[0] if cut is not None else name)
+    return words[:-1] if len(words) > 1 and looks_like_unit(_unit_in(name)) and words[-1] == _unit_in(name).lower() else words
+
+
+def _is_measured(name: str, below: str, quantity: str) -> bool:
+    words = _plain_words(name)
+    return bool(words) and all(word in MEASURED for word in words) and is_unit_of(below or _unit_in(name), quantity)
+
+
+def _is_commanded(name: str, below: str, quantity: str) -> bool:
+    if not no_record(name) or not any(word in COMMANDED for word in words_in(name)):
+        return False
+    record = as_a_record(name, below)
+    return is_unit_of(below or _unit_in(name), quantity) and (record is None or record.quantity == quantity)

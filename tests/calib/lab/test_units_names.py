@@ -1,0 +1,456 @@
+"""What labs write for units, names, signs and numbers beyond the plain ones: read with a note, or refused with a way out."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.units import asked_factor, lab_factor, usual_units
+from calib.lab.instruments.vocabulary import understand
+
+N = 80
+TIME = np.round(np.arange(N) * 0.1, 3)
+DEPTH = np.round(np.sin(np.pi * np.arange(N) / (N - 1)), 4)
+FORCE = np.round(2.0 * DEPTH + 2.0 * DEPTH**2, 4)
+CAP = np.round(97.4 + 0.5 * FORCE, 4)
+Array = npt.NDArray[np.floating[Any]]
+
+
+def cells(values: Array, digits: int = 4) -> list[str]:
+    return [f"{v:.{digits}f}" for v in values]
+
+
+T, D, F, C = cells(TIME, 2), cells(DEPTH), cells(FORCE), cells(CAP)
+
+
+def read(
+    tmp_path: Path, header: str, *columns: Sequence[str], above: Sequence[str] = (), sep: str = ",", **said: Any
+) -> LabTable:
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([*above, header, *map(sep.join, zip(*columns, strict=True))]) + "\n", encoding="utf-8")
+    return read_lab_file(path, Reading(**said))
+
+
+def refusal(tmp_path: Path, header: str, *columns: Sequence[str], **more: Any) -> InputError:
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, header, *columns, **more)
+    assert all(fault.advice for fault in caught.value.faults)
+    return caught.value
+
+
+def option(text: str, name: str) -> Mapping[str, str]:
+    """The first value that an advice or a note says for an option, as a shell would give it to the command."""
+    match = re.search(rf"--{name} (\"[^\"]*\"|\S+)", text)
+    assert match is not None, text
+    key, _, value = shlex.split(match[1].rstrip(";,:"))[0].partition("=")
+    return {key: value}
+
+
+def reasons(table: LabTable) -> str:
+    return "\n".join(map(str, table.unread))
+
+
+# ------------------------------------------------------------------------------------------------------------------ units
+
+
+@pytest.mark.parametrize(
+    ("unit", "quantity", "factor"),
+    [
+        *(
+            ("dyn", "force", 1e-5),
+            ("dynes", "force", 1e-5),
+            ("kip", "force", 4448.2216152605),
+            ("pdl", "force", 0.138254954376),
+        ),
+        *(("cN", "force", 1e-2), ("daN", "force", 10.0), ("kp", "force", 9.80665), ("ozf", "force", 0.27801385095378)),
+        *(("µin", "displacement", 2.54e-8), ("uin", "displacement", 2.54e-8), ("microinch", "displacement", 2.54e-8)),
+        *(("Å", "displacement", 1e-10), ("\u212b", "displacement", 1e-10), ("in.", "displacement", 0.0254)),
+        *(("Âµm", "displacement", 1e-6), ("Î¼m", "displacement", 1e-6), ("″", "displacement", 0.0254)),
+        *(("MILLIMETERS", "displacement", 1e-3), ("ft", "displacement", 0.3048), ("mil", "displacement", 2.54e-5)),
+        *(("uuF", "capacitance", 1e-12), ("µµF", "capacitance", 1e-12), ("aF", "capacitance", 1e-18)),
+        *(("pf", "capacitance", 1e-12), ("ufd", "capacitance", 1e-6), ("nanofarads", "capacitance", 1e-9)),
+        *(("µs", "time", 1e-6), ("ns", "time", 1e-9), ("usec", "time", 1e-6), ("HR", "time", 3600.0), ("SECONDS", "time", 1.0)),
+    ],
+)
+def test_units_that_mean_one_thing_are_read(unit: str, quantity: str, factor: float) -> None:
+    assert lab_factor(unit, quantity) == pytest.approx(factor, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("unit", "quantity", "meant"),
+    [
+        *(("MN", "force", "mN"), ("Mn", "force", "mN"), ("gr", "force", "gf"), ("p", "force", "gf")),
+        *(("PF", "capacitance", "pF"), ("mmF", "capacitance", "pF"), ("MFD", "capacitance", "uF"), ("MF", "capacitance", "mF")),
+        *(("?m", "displacement", "um"), ("\ufffdm", "displacement", "um"), ("NM", "displacement", "nm")),
+    ],
+)
+def test_units_that_may_mean_several_things_are_refused_with_what_is_meant(unit: str, quantity: str, meant: str) -> None:
+    with pytest.raises(ValueError, match=f"did you mean {meant}"):
+        lab_factor(unit, quantity)
+
+
+@pytest.mark.parametrize("unit", ["ticks", "lumps", "N/mm"])
+def test_an_unknown_unit_is_refused_with_all_units_of_the_quantity(tmp_path: Path, unit: str) -> None:
+    for said in ({}, {"units": {"force": unit}}):
+        header = f"Time (s),Depth (mm),Force ({unit})" if not said and unit != "N/mm" else "Time (s),Depth (mm),Force"
+        fault = refusal(tmp_path, header, T, D, F, **said).faults[0]
+        assert f"one of {', '.join(usual_units('force'))}" in fault.advice
+        assert '("1e-5 N")' in fault.advice
+    assert asked_factor("1e-5 N", "force") == 1e-5
+
+
+def test_the_unit_that_was_meant_is_advised_and_reads_the_file(tmp_path: Path) -> None:
+    header = "Time (s),Depth (mm),Force_Mn,Cp (PF)"
+    faults = refusal(tmp_path, header, T, D, F, C).faults
+    said = {k: v for fault in faults for k, v in option(fault.advice, "units").items()}
+    assert said == {"force": "mN", "capacitance": "pF"}
+    table = read(tmp_path, header, T, D, F, C, units=said)
+    np.testing.assert_allclose(table.columns["force"], FORCE * 1e-3)
+
+
+@pytest.mark.parametrize("header", ["TIME (S),DISP (MM),FORCE (N),CAP (PF)", "TIME_S,DISP_MM,FORCE_N,CAP_PF"])
+def test_units_in_a_header_of_capitals_are_read_in_their_usual_case_and_told(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, T, D, F, C)
+    np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+    assert any('in a name of capitals "PF" is read as pF' in note for note in table.notes)
+
+
+def test_units_in_capitals_below_names_in_capitals_are_read_so_too(tmp_path: Path) -> None:
+    columns = [[unit, *column] for unit, column in zip(("SEC", "MM", "N", "PF"), (T, D, F, C), strict=True)]
+    np.testing.assert_allclose(read(tmp_path, "TIME,DISP,FORCE,CAP", *columns).columns["capacitance"], CAP * 1e-12)
+
+
+@pytest.mark.parametrize("name", ["FORCE (MN)", "FORCE_MN"])
+def test_meganewtons_and_millinewtons_are_not_told_apart_by_capitals(tmp_path: Path, name: str) -> None:
+    fault = refusal(tmp_path, f"TIME (S),DISP (MM),{name}", T, D, F).faults[0]
+    assert option(fault.advice, "units") == {"force": "mN"}
+
+
+@pytest.mark.parametrize("name", ["Weight (g)", "weight_g", "Gewicht (g)", "Mass [g]", "Poids (g)", "Net weight (g)"])
+def test_what_a_balance_below_the_sample_shows_is_a_force(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(100 * FORCE), C)
+    np.testing.assert_allclose(table.columns["force"], np.round(100 * FORCE, 4) * 9.80665e-3)
+    assert any("grams-force" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("column", [("Weight (g)", ["12.5"] * N), ("Weight", F), ("Acceleration (g)", F)])
+def test_the_mass_of_a_sample_and_other_weights_are_no_force(tmp_path: Path, column: tuple[str, Sequence[str]]) -> None:
+    table = read(tmp_path, f"Time (s),Depth (mm),Cp (pF),{column[0]}", T, D, C, column[1])
+    assert "force" not in table.columns
+    assert column[0] in reasons(table)
+
+
+# ------------------------------------------------------------------------------------------------------------------- time
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("millis", 1e-3),
+        ("micros", 1e-6),
+        ("ts_ms", 1e-3),
+        ("ts_us", 1e-6),
+        ("time_ms", 1e-3),
+        ("t_us", 1e-6),
+        ("time_ns", 1e-9),
+    ],
+)
+def test_times_whose_name_carries_the_unit_are_read(tmp_path: Path, name: str, unit: float) -> None:
+    counted = [f"{round(5 / unit + t / unit)}" for t in TIME]
+    table = read(tmp_path, f"{name},depth_mm,force_N", counted, D, F)
+    np.testing.assert_allclose(table.columns["time"], 5 + TIME, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["timestamp", "epoch", "unix time", "Time"])
+@pytest.mark.parametrize(("scale", "digits", "word"), [(1, 3, "seconds"), (1e3, 0, "milliseconds"), (1e6, 0, "microseconds")])
+def test_times_since_1970_without_a_unit_are_read_and_told(
+    tmp_path: Path, name: str, scale: float, digits: int, word: str
+) -> None:
+    counted = [f"{(1795183387 + t) * scale:.{digits}f}" for t in TIME]
+    table = read(tmp_path, f"{name},Depth (mm),Force (N)", counted, D, F)
+    np.testing.assert_allclose(table.columns["time"] - 1795183387, TIME, atol=1e-6)
+    assert any(f"its numbers are {word} since 1970" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("first", [0, 123456, 1795183387])
+def test_any_other_timestamp_without_a_unit_stays_refused(tmp_path: Path, first: int) -> None:
+    # The last counts milliseconds since the logger was switched on, three weeks ago: seconds would be minutes apart.
+    counted = [f"{first + 1000 * t:.0f}" for t in TIME]
+    fault = refusal(tmp_path, "timestamp,Depth (mm),Force (N)", counted, D, F).faults[0]
+    assert "has no unit" in fault.message
+    table = read(tmp_path, "timestamp,Depth (mm),Force (N)", counted, D, F, units={"time": "ms"})
+    np.testing.assert_allclose(table.columns["time"] - first * 1e-3, TIME, atol=1e-6)
+
+
+COUNT = [str(k) for k in range(N)]
+
+
+@pytest.mark.parametrize(
+    "above",
+    ["Sample rate: 10 Hz", "Sampling interval [ms];100", "Abtastrate 10 1/s", "Data interval 0.1 s", "# sampling rate,10,S/s"],
+)
+def test_a_count_beside_a_stated_rate_is_told_with_the_options_that_make_a_time_of_them(tmp_path: Path, above: str) -> None:
+    header = "Sample,Depth (mm),Force (N)"
+    note = next(n for n in read(tmp_path, header, COUNT, D, F, above=[above]).notes if n.startswith("no time is read"))
+    said, units = option(note, "columns"), option(note, "units")
+    table = read(tmp_path, header, COUNT, D, F, above=[above], columns=said, units=units)
+    np.testing.assert_allclose(table.columns["time"], TIME, atol=1e-9)
+
+
+def test_a_column_that_rises_as_a_time_does_is_told_where_no_time_is_read(tmp_path: Path) -> None:
+    header = "Chrono,Depth (mm),Force (N)"
+    note = next(n for n in read(tmp_path, header, T, D, F).notes if n.startswith("no time is read"))
+    table = read(tmp_path, header, T, D, F, columns=option(note, "columns"), units=option(note, "units"))
+    np.testing.assert_allclose(table.columns["time"], TIME)
+    assert not [n for n in read(tmp_path, header, T, D, F, columns={"time": "none"}).notes if n.startswith("no time")]
+    (note,) = (n for n in read(tmp_path, "Sample,Depth (mm),Force (N)", COUNT, D, F).notes if n.startswith("no time"))
+    assert "counts the rows" in note
+
+
+# ------------------------------------------------------------------------------------------------------------ which column
+
+
+SPREAD = [f"{0.001 * (k % 6):.3f}" for k in range(N)]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time (s),depth mean (mm),depth std (mm),force mean (N),force std (N)",
+        "time_s,depth_avg_mm,depth_sd_mm,force_avg_N,force_sd_N",
+        "Zeit [s],Weg Mittelwert [mm],Weg Standardabweichung [mm],Kraft Mittelwert [N],Kraft Standardabweichung [N]",
+    ],
+)
+def test_means_of_each_row_are_the_record_where_nothing_else_is(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, T, D, SPREAD, F, SPREAD)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+    assert sum("a mean of readings in each row" in note for note in table.notes) == 2
+    assert reasons(table).count("is a statistic, no record") == 2
+
+
+@pytest.mark.parametrize("word", ["max", "peak hold", "setpoint", "min", "range"])
+def test_other_statistics_and_set_points_are_no_record_even_alone(tmp_path: Path, word: str) -> None:
+    error = refusal(tmp_path, f"time (s),depth {word} (mm),force {word} (N)", T, D, F)
+    assert "no record" in str(error) or "commanded" in str(error) or "no header" in str(error)
+
+
+def test_a_mean_beside_plain_columns_or_extremes_is_no_record(tmp_path: Path) -> None:
+    assert "no force column" in str(refusal(tmp_path, "Time (s),Depth (mm),Force mean (N)", T, D, F))
+    extremes = "Time (s),Depth mean (mm),Force mean (N),Force max (N)"
+    assert "no force column" in str(refusal(tmp_path, extremes, T, D, F, cells(FORCE + 1)))
+    assert "no capacitance column" in str(refusal(tmp_path, "Time (s),Cp (average) (pF)", T, C))
+
+
+@pytest.mark.parametrize(
+    ("target", "measured"),
+    [
+        ("target_mm", "measured_mm"),
+        ("command (mm)", "actual (mm)"),
+        ("Soll [mm]", "Ist [mm]"),
+        ("setpoint (mm)", "feedback (mm)"),
+    ],
+)
+def test_what_was_measured_beside_what_was_commanded_is_the_quantity_of_their_unit(
+    tmp_path: Path, target: str, measured: str
+) -> None:
+    table = read(tmp_path, f"time_s,{target},{measured},force_N", T, cells(DEPTH * 1.1), D, F)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+    assert any("was measured where another was set" in note for note in table.notes)
+    assert "was commanded" in reasons(table)
+    # Without a commanded one beside it, or with a displacement of its own, nothing says so.
+    assert "no displacement column" in str(refusal(tmp_path, f"time_s,{measured},force_N", T, D, F))
+    plain = read(
+        tmp_path, f"time_s,{target},{measured},force_N,Extension (mm)", T, cells(DEPTH * 1.1), cells(DEPTH * 1.2), F, D
+    )
+    assert plain.sources["displacement"] == "Extension (mm)"
+
+
+@pytest.mark.parametrize("name", ["LVDT (mm)", "laser [mm]", "encoder_mm", "Extensometer (mm)", "COD (mm)", "Messuhr (mm)"])
+def test_displacement_sensors_are_known_by_the_instrument(tmp_path: Path, name: str) -> None:
+    np.testing.assert_allclose(read(tmp_path, f"Time (s),{name},Force (N)", T, D, F).columns["displacement"], DEPTH * 1e-3)
+    fault = refusal(tmp_path, f"Time (s),Crosshead (mm),{name},Force (N)", T, D, cells(0.93 * DEPTH), F).faults[0]
+    assert "differ by up to 7" in fault.message
+    for choice in ("Crosshead (mm)", name):
+        assert f"displacement={choice}" in fault.advice
+    table = read(tmp_path, f"Time (s),Crosshead (mm),{name},Force (N)", T, D, cells(DEPTH - 0.5), F)
+    assert table.sources["displacement"] == "Crosshead (mm)"
+    assert any("differs by its zero" in note for note in table.notes)
+
+
+def test_a_sensor_without_a_unit_of_length_is_no_displacement() -> None:
+    assert [understand(name) for name in ("Encoder", "Encoder (counts)", "Laser (V)", "LVDT [mV]")] == [None] * 4
+
+
+@pytest.mark.parametrize(("noise", "share"), [(1e-4, ""), (0.03, "but for their zero and sign")])
+def test_an_absolute_position_is_the_travel_up_to_its_zero_and_sign(tmp_path: Path, noise: float, share: str) -> None:
+    absolute = cells(123.4 - DEPTH * (1 + noise))
+    columns = (T, D, F, absolute)
+    header = "Prüfzeit (s),Standardweg (mm),Standardkraft (N),Traversenweg absolut (mm)"
+    if not share:
+        table = read(tmp_path, header, *columns)
+        np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+        assert any("differs by its sign" in note for note in table.notes)
+        return
+    message = refusal(tmp_path, header, *columns).faults[0].message
+    assert share in message
+    assert "999" not in message
+
+
+@pytest.mark.parametrize("names", [("Load cell 5 kN (N)", "Load cell 10 N (N)"), ("load_cell_5kN_N", "load_cell_10N_N")])
+def test_the_reach_of_a_cell_is_no_second_unit_and_two_cells_are_a_choice(tmp_path: Path, names: tuple[str, str]) -> None:
+    assert all((h := understand(name)) is not None and h.quantity == "force" and not h.unit_doubt for name in names)
+    noise = cells(0.3 * np.sin(17.0 * np.arange(N)))
+    header = f"Time (s),Depth (mm),{names[0]},{names[1]}"
+    fault = refusal(tmp_path, header, T, D, noise, F).faults[0]
+    assert "2 columns may be the force" in fault.message
+    np.testing.assert_allclose(read(tmp_path, header, T, D, noise, F, columns={"force": names[1]}).columns["force"], FORCE)
+    np.testing.assert_allclose(read(tmp_path, header, T, D, F, F).columns["force"], FORCE)
+    single = read(tmp_path, f"Time (s),Depth (mm),{names[0]}", T, D, F)
+    np.testing.assert_allclose(single.columns["force"], FORCE)
+
+
+def test_a_number_and_a_unit_that_stand_alone_are_the_unit() -> None:
+    heading = understand("Load 5 kN")
+    assert heading is not None
+    assert heading.unit == "kN"
+
+
+# -------------------------------------------------------------------------------------------------------------------- sign
+
+
+SIGNED = np.round(FORCE - 0.8, 4)
+
+
+@pytest.mark.parametrize(
+    ("name", "push", "pull"),
+    [
+        ("Direction", "C", "T"),
+        ("Sign", "+", "-"),
+        ("Mode", "Push", "Pull"),
+        ("Richtung", "Druck", "Zug"),
+        ("State", "comp", "tens"),
+        ("Type", "Compression", "Tension"),
+    ],
+)
+def test_the_sign_of_a_load_that_stands_in_another_column_is_applied_and_told(
+    tmp_path: Path, name: str, push: str, pull: str
+) -> None:
+    said = [push if f >= 0 else pull for f in SIGNED]
+    header = f"Time (s),Depth (mm),Load (N),{name}"
+    table = read(tmp_path, header, T, D, cells(np.abs(SIGNED)), said)
+    np.testing.assert_allclose(table.columns["force"], SIGNED)
+    assert any("whose sign" in str(u) for u in table.unread)
+    assert any("tension is read as negative" in note for note in table.notes)
+    signed = read(tmp_path, header, T, D, cells(SIGNED), said)
+    np.testing.assert_allclose(signed.columns["force"], SIGNED)
+
+
+@pytest.mark.parametrize(("name", "one", "other"), [("Direction", "Up", "Down"), ("Operator", "C", "T"), ("Grade", "+", "-")])
+def test_words_of_other_things_change_no_sign(tmp_path: Path, name: str, one: str, other: str) -> None:
+    said = [one if f >= 0 else other for f in SIGNED]
+    table = read(tmp_path, f"Time (s),Depth (mm),Load (N),{name}", T, D, cells(np.abs(SIGNED)), said)
+    np.testing.assert_allclose(table.columns["force"], np.abs(SIGNED))
+
+
+def test_words_that_change_at_the_largest_load_are_the_way_of_the_machine_and_asked_for(tmp_path: Path) -> None:
+    said = ["Compression" if k < 40 else "Tension" for k in range(N)]
+    header, force = "Time (s),Depth (mm),Load (N),Direction", cells(np.abs(FORCE))
+    fault = refusal(tmp_path, header, T, D, force, said).faults[0]
+    assert "far from zero" in fault.message
+    table = read(tmp_path, header, T, D, force, said, columns=option(fault.advice, "columns"))
+    np.testing.assert_allclose(table.columns["force"], np.abs(FORCE))
+    assert any("no sign is taken from it" in note for note in table.notes)
+
+
+# ----------------------------------------------------------------------------------------------------------------- numbers
+
+
+def test_a_force_all_of_whose_marks_are_lost_is_refused_with_the_factor_that_reads_it(tmp_path: Path) -> None:
+    lost = [f"{round(1e4 * f)}" for f in FORCE]
+    fault = refusal(tmp_path, "Zeit [s];Weg [mm];Kraft [N]", T, D, lost, sep=";").faults[0]
+    assert "decimal marks may be lost" in fault.message
+    whole = {"force": "N"}
+    assert option(fault.advice, "units") == whole
+    factor = option(fault.advice[fault.advice.index("such as 4") :], "units")
+    table = read(tmp_path, "Zeit [s];Weg [mm];Kraft [N]", T, D, lost, sep=";", units=factor)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-12)
+    table = read(tmp_path, "Zeit [s];Weg [mm];Kraft [N]", T, D, lost, sep=";", units=whole)
+    np.testing.assert_allclose(table.columns["force"], np.round(1e4 * FORCE))
+
+
+@pytest.mark.parametrize(("unit", "most"), [("mN", 3000), ("N", 300)])
+def test_whole_numbers_of_a_usual_force_are_read(tmp_path: Path, unit: str, most: float) -> None:
+    whole = [f"{round(most * f / 3)}" for f in FORCE]
+    assert "force" in read(tmp_path, f"Time (s),Depth (mm),Force ({unit})", T, D, whole).columns
+
+
+def test_numbers_in_brackets_are_below_zero(tmp_path: Path) -> None:
+    written = [f"({-f:.4f})" if f < 0 else f"{f:.4f}" for f in SIGNED]
+    table = read(tmp_path, "Time (s),Depth (mm),Force (N)", T, D, written)
+    np.testing.assert_allclose(table.columns["force"], SIGNED)
+    assert any("and so are all such cells" in note for note in table.notes)
+    mixed = [c.replace("(", "-").replace(")", "") if k == 3 else c for k, c in enumerate(written)]
+    assert "is not a number" in str(refusal(tmp_path, "Time (s),Depth (mm),Force (N)", T, D, mixed))
+    single = ["(0.5)" if k == 3 else c for k, c in enumerate(F)]
+    assert "is not a number" in str(refusal(tmp_path, "Time (s),Depth (mm),Force (N)", T, D, single))
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("Cp", [f"{c:.4f}pF" for c in CAP]),
+        ("Cp", [f"{c:.4f} pF" for c in CAP]),
+        ("Cp (F)", [f"{c:.4f}p" for c in CAP]),
+        ("Cp (F)", [f"{c:.4f}pF" for c in CAP]),
+        ("Cp (pF)", [f"{c:.4f}pF" for c in CAP]),
+        ("Cp", [f"{c:.4f}pF" if k % 2 else f"{c / 1e3:.7f}nF" for k, c in enumerate(CAP)]),
+        ("Cp", ["OVER" if k == 7 else f"{c:.4f}pF" for k, c in enumerate(CAP)]),
+    ],
+)
+def test_numbers_with_their_unit_behind_them_are_read_by_it_and_told(tmp_path: Path, name: str, written: Sequence[str]) -> None:
+    table = read(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, written)
+    there = np.isfinite(table.columns["capacitance"])
+    np.testing.assert_allclose(table.columns["capacitance"][there], (CAP * 1e-12)[there], rtol=1e-9)
+    assert there.sum() == N - ("OVER" in written)
+    assert any("in the unit that stands behind it" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("Cp (pF)", [f"{c:.4f}nF" for c in CAP]),
+        ("Cp", [f"{c:.4f}" + "p" for c in CAP]),
+        ("Cp", [f"{c:.4f}" + ("" if k % 2 else "pF") for k, c in enumerate(CAP)]),
+        ("Cp (pF)", [f"{c:.4f}" + ("nF" if k == 4 else "") for k, c in enumerate(CAP)]),
+        ("Cp (F)", [f"{c:.4f}" + ("n" if k == 4 else "p") for k, c in enumerate(CAP)]),
+    ],
+)
+def test_units_behind_numbers_that_contradict_or_are_missing_are_refused(
+    tmp_path: Path, name: str, written: Sequence[str]
+) -> None:
+    assert "is not a number" in str(refusal(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, written))
+
+
+def test_a_prefix_alone_is_read_once_the_unit_is_said(tmp_path: Path) -> None:
+    written = [f"{c:.4f}p" for c in CAP]
+    for unit in ("F", "pF"):
+        table = read(tmp_path, "Time (s),Depth (mm),Force (N),Cp", T, D, F, written, units={"capacitance": unit})
+        np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+
+
+def test_a_cycle_of_words_is_no_count(tmp_path: Path) -> None:
+    phases = ["1-Compress" if k < 40 else "1-Hold" if k < 44 else "1-Recover" for k in range(N)]
+    table = read(tmp_path, "Cycle,Time_S,Displacement_mm,Force_N", phases, T, D, F)
+    assert 'column 1 "Cycle": holds words, no count of cycles' in reasons(table)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
