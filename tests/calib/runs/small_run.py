@@ -107,7 +107,7 @@ def in_small_steps() -> Iterator[None]:
 def one_block_more(problem: Problem, *, checkpoint: Path, **options: Any) -> Posterior:
     """Sample one block of every ensemble more than the first one has, however long that takes."""
     n_block = len(list(checkpoint.glob("ensemble-0-0*.npz"))) + 1
-    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
+    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9), "processes": 0}
     with in_small_steps():
         return sample(problem, checkpoint=checkpoint, **{**options, **limits})
 
