@@ -13,17 +13,17 @@ from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
 #: What is sampled less long, by the notebook that it stands in.
-BRIEF = ("problem, seed=1)", "problem, seed=1, max_steps=20, n_walkers=64, processes=0)")
+BRIEF = ("problem, seed=1)", "problem, seed=1, max_steps=10, n_walkers=32, processes=0)")
 SHORTER = {
     "calibrate": (
         (
             "calib.sample(problem, seed=1), problem.forward",
-            "calib.sample(problem, seed=1, max_steps=50, n_walkers=64, processes=0), problem.forward, FiniteElements(1e-2)",
+            "calib.sample(problem, seed=1, max_steps=20, n_walkers=32, processes=0), problem.forward, FiniteElements(1e-2)",
         ),
     ),
     "decide": (BRIEF,),
     "next_measurement": (BRIEF,),
-    "compare_models": (BRIEF, ("other, seed=2)", "other, seed=2, max_steps=20, n_walkers=64, processes=0)")),
+    "compare_models": (BRIEF, ("other, seed=2)", "other, seed=2, max_steps=10, n_walkers=32, processes=0)")),
 }
 BRIEFLY = f"""
 import sys

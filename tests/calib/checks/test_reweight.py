@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from calib.checks.departures import Elsewhere
 from calib.checks.reasons import judge_posterior
 from calib.checks.reweighting import log_ratio, problem_of, reweight, shift_of, with_reweighting
 from calib.checks.verdict import Verdict
@@ -315,8 +316,9 @@ def _calibrate(lab: Path, model: str, n: int, stages: Stages | None = None) -> t
 
 
 def _stages(make_posterior: MakePosterior, reweight: Callable[..., Posterior]) -> Stages:
-    """A posterior made by hand, no spot check."""
-    return Stages(lambda *_, **__: make_posterior(n_specimen=1), lambda posterior, _: posterior, reweight)
+    """A posterior made by hand, of which nothing else is asked."""
+    made = make_posterior(n_specimen=1)
+    return Stages(lambda *_, **__: made, lambda posterior, _: posterior, reweight, look_elsewhere=lambda *_: Elsewhere())
 
 
 @pytest.mark.usefixtures("undrawn")

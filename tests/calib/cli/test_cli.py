@@ -21,6 +21,7 @@ from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
+from calib.checks import Elsewhere
 from calib.cli import app, common
 from calib.cli.common import refusing_bad_input
 from calib.cli.surrogate import STEPS, FamilyName
@@ -126,6 +127,12 @@ def _brief(steps: int) -> Stages:
             return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
     return Stages(sample=sampled, check=lambda _: None)
+
+
+def _made(sample: Callable[..., Posterior], **others: Any) -> Stages:
+    """Stages of a calibration that is given its posterior, of which neither other models nor the finite elements are asked."""
+    others = {"spot_check": lambda posterior, _: posterior, "look_elsewhere": lambda *_: Elsewhere(), **others}
+    return Stages(sample, check=lambda _: None, **others)
 
 
 @pytest.fixture(scope="module")
@@ -301,7 +308,7 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
 
 def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
     stages = Stages(sample=lambda *_, **__: make_posterior(n_specimen=1), check=lambda _: None)
-    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--processes", 0, stages=stages)
     assert result.exit_code == 0, result.output
     assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
     assert "sensor_thickness[sensor 1]" in result.stdout
@@ -310,9 +317,7 @@ def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[
 def test_a_dishonest_surrogate_exits_with_3_and_advice_that_can_help(
     lab: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
-    stages = Stages(
-        lambda *_, **__: make_posterior(n_specimen=1, honest=False), lambda posterior, _: posterior, check=lambda _: None
-    )
+    stages = _made(lambda *_, **__: make_posterior(n_specimen=1, honest=False))
     run = lab / "run"
     result = _run("calibrate", lab / "experiment.toml", "-o", run, stages=stages)
     assert result.exit_code == 3, result.output
@@ -336,8 +341,7 @@ def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_o
     lab: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
     unmet = make_posterior(converged=False, n_specimen=1, honest=False)
-    stages = Stages(lambda *_, **__: unmet, lambda posterior, _: posterior, check=lambda _: None)
-    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=_made(lambda *_, **__: unmet))
     assert result.exit_code == 3, result.output
     said = " ".join(result.stdout.split())
     assert all(words in said for words in ("chains have not converged", "--resume", "calib surrogate refine"))
@@ -351,7 +355,7 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     def sampled(problem: Problem, **_: object) -> Posterior:
         return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
 
-    stages = Stages(sampled, spot_check=lambda posterior, _: posterior, check=lambda _: None)
+    stages = _made(sampled)
     result = _run("calibrate", path, "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     words = "1 line marked EDIT is unchanged: line 5 indenter radius"
@@ -375,8 +379,7 @@ def _stopped(*_: object, **__: object) -> Posterior:
 
 
 def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Path) -> None:
-    stages = Stages(sample=_stopped, check=lambda _: None)
-    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9, stages=stages)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9, stages=_made(_stopped))
     assert result.exit_code == 130
     assert "--resume" in _said(result)
     record = json.loads((lab / "run" / "run.json").read_text())
@@ -547,7 +550,8 @@ def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -
     replace(shipped, force_modes=1.01 * shipped.force_modes).save(lab / "other.npz")
     begin = ("calibrate", lab / "experiment.toml", "-o", lab / "run", "--budget", 0, "--processes", 0)
     # Stopped as soon as the checkpoint is there.
-    assert _run(*begin, stages=replace(_brief(BLOCK), spot_check=_stopped)).exit_code == 130
+    brief = replace(_brief(BLOCK), look_elsewhere=lambda *_: Elsewhere(), spot_check=_stopped)
+    assert _run(*begin, stages=brief).exit_code == 130
     before = {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()}
     result = _run(*begin, "--resume", "--surrogate", lab / "other.npz")
     assert result.exit_code == 2
@@ -569,7 +573,7 @@ def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_poste
         seed=5,
         deadline=begin + 90,
         command="by hand",
-        stages=Stages(sampled, check=lambda _: None),
+        stages=_made(sampled),
     )
     assert seen == [("closed form", 5, pytest.approx(90, abs=time.monotonic() - begin), {"command": "by hand"})]
     assert seen[0][2] < 90  # reading is in it

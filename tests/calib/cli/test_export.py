@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -145,11 +146,14 @@ def test_a_damaged_run_is_refused(runs: Path, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def advised(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def advised(
+    runs: Path, tmp_path_factory: pytest.TempPathFactory, undrawing: Callable[[], AbstractContextManager[None]]
+) -> Path:
     """A run with a recommendation for a larger force than was measured."""
     run = tmp_path_factory.mktemp("advised") / "run"
     shutil.copytree(runs / "good", run)
-    result = _run("recommend", run, "--force", "9 N", "--padding", "2 mm:4 mm", "--steps", 3, "--draws", 50)
+    with undrawing():
+        result = _run("recommend", run, "--force", "9 N", "--padding", "2 mm:4 mm", "--steps", 3, "--draws", 50)
     assert result.exit_code == 0, _said(result)
     return run
 

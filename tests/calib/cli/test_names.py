@@ -19,6 +19,7 @@ import pytest
 from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
+from calib.checks import Elsewhere
 from calib.cli import app
 from calib.problem import Problem
 from calib.runs import Stages
@@ -39,7 +40,12 @@ def _brief(steps: int) -> Stages:
         with in_small_steps():
             return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
 
-    return Stages(sample=sampled, spot_check=lambda posterior, _: posterior, check=lambda _: None)
+    return _made(sampled)
+
+
+def _made(sampled: Callable[..., Posterior]) -> Stages:
+    """Stages of a calibration of which neither other models nor the finite elements are asked."""
+    return Stages(sampled, lambda posterior, _: posterior, look_elsewhere=lambda *_: Elsewhere(), check=lambda _: None)
 
 
 def _run(*words: object, stages: Stages | None = None) -> Result:
@@ -176,16 +182,13 @@ def test_the_screen_judges_a_calibration_as_its_page_does(
     level: Any,
     good: bool,
 ) -> None:
-    from calib.checks import Elsewhere
     from calib.lab import Grade
 
     monkeypatch.setattr("calib.runs.calibration.first_answer_of", lambda _: None)  # that of the lab would not be this one's
     made = make_posterior(n_specimen=1, **options)
     grade = Grade("signal", level, 0.9, "times", "the signal is 0.9 times the noise", "Look", "force", "f.csv")
     made = replace(made, sweeps=tuple(replace(sweep, grades=(grade,)) for sweep in made.sweeps))
-    stages = Stages(
-        lambda *_, **__: made, lambda posterior, _: posterior, look_elsewhere=lambda *_: Elsewhere(), check=lambda _: None
-    )
+    stages = _made(lambda *_, **__: made)
     on_screen, on_page, _ = _judged(tmp_path, _lab(tmp_path), stages)
     assert on_screen == on_page == good
 
@@ -204,12 +207,12 @@ def test_noise_is_never_good_however_well_its_chains_agree(tmp_path: Path, noise
         posterior = _brief(BLOCK).sample(problem, **options)
         return replace(posterior, diagnostics=replace(posterior.diagnostics, converged=True, reasons=()))
 
-    stages = Stages(sampled, lambda posterior, _: posterior, check=lambda _: None)
-    result = CliRunner().invoke(app, ["calibrate", str(experiment), "-o", str(tmp_path / "looked at"), "--budget", "0"])
+    words = ["calibrate", str(experiment), "-o", str(tmp_path / "looked at"), "--budget", "0", "--processes", "0"]
+    result = CliRunner().invoke(app, words)
     if result.exit_code == 2 and "nothing was sampled" not in result.stderr:  # the file is refused, which is better still
         assert "f.csv" in result.stderr
         return
-    on_screen, on_page, _ = _judged(tmp_path, experiment, stages)
+    on_screen, on_page, _ = _judged(tmp_path, experiment, _made(sampled))
     assert not on_screen
     assert not on_page
 

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from calib.checks import Elsewhere
 from calib.errors import InputError
 from calib.experiment import read_experiment
 from calib.files import sha256_of
@@ -106,7 +107,7 @@ def in_small_steps() -> Iterator[None]:
 def one_block_more(problem: Problem, *, checkpoint: Path, **options: Any) -> Posterior:
     """Sample one block of every ensemble more than the first one has, however long that takes."""
     n_block = len(list(checkpoint.glob("ensemble-0-0*.npz"))) + 1
-    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
+    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9), "processes": 0}
     with in_small_steps():
         return sample(problem, checkpoint=checkpoint, **{**options, **limits})
 
@@ -116,6 +117,7 @@ QUICK = Stages(
     one_block_more,
     spot_check=lambda posterior, _: posterior,
     page=lambda run, _: f"<p>{run.posterior.seed}</p>",
+    look_elsewhere=lambda *_: Elsewhere(),
     check=lambda _: None,  # labs are measured with one model and calibrated with another
 )
 

@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 import pytest
 from small_run import BLOCK, in_small_steps
 
+from calib.checks import Elsewhere
 from calib.cli import app
 from calib.problem import Problem
 from calib.runs import Stages, calibration, preview, renewed, written
@@ -72,6 +73,14 @@ def _brief(problem: Problem, **options: Any) -> Posterior:
         return sample(problem, **{**options, **brief})
 
 
+def _look_nowhere(_: Problem, __: object, executor: Executor | None) -> Elsewhere:
+    """Begin with the workers, as a look at other models does, and give them nothing to load."""
+    if executor is not None:
+        for asked in [executor.submit(os.getpid) for _ in range(2)]:
+            asked.result()
+    return Elsewhere()
+
+
 def _tell_of(function: Callable[..., object]) -> None:
     def watch(frame: FrameType, event: str, _: object) -> None:
         if event == "call" and frame.f_code is function.__code__:
@@ -91,7 +100,12 @@ def run(stage: str, words: Sequence[str]) -> None:
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests themselves run in the background
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    stages: dict[str, Any] = {"spot_check": lambda posterior, _: posterior, "page": lambda *_: "a page"}
+    stages: dict[str, Any] = {
+        "spot_check": lambda posterior, _: posterior,
+        "page": lambda *_: "a page",
+        "look_elsewhere": _look_nowhere,
+        "check": lambda _: None,
+    }
     patch = pytest.MonkeyPatch()
     if stage == "reading":
         patch.setattr(preview, "read_sweeps", _stay)

@@ -8,19 +8,25 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
-from small_run import DONE, REFUSED, begin, end, in_a_process, quick
+from small_run import DONE, QUICK, REFUSED, begin, end, in_a_process, make_lab, quick
 
 from calib.errors import InputError
 from calib.runs import load_run
-from calib.runs.calibration import Stages
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.sampling.posterior import Posterior
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked here")
+
+
+@pytest.fixture(scope="module")
+def rehearsed(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Processes that are forked of this one find loaded what a calibration needs, and the start of the usual ensembles."""
+    quick(make_lab(tmp_path_factory.mktemp("rehearsed")), seed=5)
 
 
 def _own(folder: Path, command: str = "another") -> None:
@@ -131,6 +137,7 @@ def test_what_a_killed_begin_leaves_is_bare(tmp_path: Path) -> None:
     assert not is_bare(tmp_path)
 
 
+@pytest.mark.usefixtures("rehearsed")
 @pytest.mark.parametrize("pause", [0.0, 0.002, 0.01, 0.05, 0.3])
 def test_of_two_starts_on_one_folder_one_is_refused(lab: Path, make_posterior: Callable[..., Posterior], pause: float) -> None:
     posterior = make_posterior(n_specimen=1)
@@ -142,7 +149,7 @@ def test_of_two_starts_on_one_folder_one_is_refused(lab: Path, make_posterior: C
         inside.rmdir()
         return posterior
 
-    stages = Stages(alone, lambda p, _: p, page=lambda *_: "page")
+    stages = replace(QUICK, sample=alone, page=lambda *_: "page")
     first = begin(lambda: quick(lab, seed=5, stages=stages))
     time.sleep(pause)
     second = begin(lambda: quick(lab, seed=6, stages=stages))
@@ -151,6 +158,7 @@ def test_of_two_starts_on_one_folder_one_is_refused(lab: Path, make_posterior: C
     assert in_a_process(lambda: quick(lab, resume=True, stages=stages)) == DONE
 
 
+@pytest.mark.usefixtures("rehearsed")
 def test_two_real_starts_give_the_draws_of_one_of_them(lab: Path) -> None:
     pids = [begin(partial(quick, lab, seed=seed)) for seed in (5, 6)]
     assert sorted(map(end, pids)) == [DONE, REFUSED]
