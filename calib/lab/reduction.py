@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
@@ -108,6 +107,8 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
 
     The spline has `most` pieces at most.
     """
+    from scipy.interpolate import BSpline  # a quarter of a second, which those do not wait for who read no lab file
+
     lo, length = float(np.min(x)), max(float(np.ptp(x)), 1e-300)
     u0 = float(np.clip((onset - lo) / length, 0.0, 0.95))
     pieces = int(np.clip(np.sum(x > lo + u0 * length) // 15, 1, most))

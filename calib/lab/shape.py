@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import trapezoid
 from scipy.ndimage import median_filter
 
 from calib.lab.signal import reading_noise, reversals
@@ -290,7 +289,7 @@ def _ends(s: Stretch, drift: float) -> tuple[float, float, float]:
     u = (s.x - s.x[0]) / length
     y = _without(s, drift)
     chord = y[0] + (y[-1] - y[0]) * u
-    bend = float(trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
+    bend = float(np.trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
     near = max(_FLAT * float(np.ptp(y)), 4 * s.error)
     off = [np.abs(y - np.median(y[:3])) > near, np.abs(y - np.median(y[-3:])) > near]
     low = float(u[np.argmax(off[0])]) if np.any(off[0]) else 1.0

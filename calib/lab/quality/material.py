@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from calib.lab.observations import Observations
 from calib.lab.part import HOLD
@@ -150,4 +149,4 @@ def _area(x: FloatArray, y: FloatArray, zero: float, low: float, high: float) ->
     groups = np.array_split(order, min(300, x.size))
     xs, ys = (np.array([v[g].mean() for g in groups]) for v in (x, y))
     at = np.linspace(low, high, 601)
-    return float(trapezoid(np.interp(at, xs, ys) - zero, at))
+    return float(np.trapezoid(np.interp(at, xs, ys) - zero, at))
