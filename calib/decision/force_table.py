@@ -217,6 +217,7 @@ class GripperTables:
     forward_name : of the model that predicts.
     seed : of the choice of draws.
     posterior_sha256, fingerprint : of the posterior's file and of the run; empty if there is none.
+    draws_sha256 : of the draws that they follow from, see `calib.Posterior.draws_sha256`.
     versions : name of a package -> its version, with which the run was made.
     """
 
@@ -228,4 +229,5 @@ class GripperTables:
     seed: int
     posterior_sha256: str
     fingerprint: str
+    draws_sha256: str
     versions: tuple[tuple[str, str], ...]

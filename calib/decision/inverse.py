@@ -169,6 +169,7 @@ def invert(
         seed=seed,
         posterior_sha256=posterior_sha256,
         fingerprint=posterior.attrs.get(FINGERPRINT, ""),
+        draws_sha256=posterior.draws_sha256,
         versions=tuple(versions.items()),
     )
 

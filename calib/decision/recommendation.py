@@ -93,7 +93,7 @@ class Recommendation:
     sensor : whose padding it is: "measured" for a sensor like those measured, of their material; "next" for one that has
         not been measured, of the same lot (partial pooling), with how it may differ in the intervals.
     seed : of the choice of draws.
-    posterior_sha256 : hash of the posterior's file, empty if there is none.
+    draws_sha256 : of the draws that it follows from, see `calib.Posterior.draws_sha256`.
     conformity : whether a specification will be met, and by which padding, if one was given: then that is the advice, and all
         else is what gives the largest signal.
     """
@@ -125,7 +125,7 @@ class Recommendation:
     forward_name: str
     sensor: Literal["measured", "next"]
     seed: int
-    posterior_sha256: str
+    draws_sha256: str
     conformity: Conformity | None = None
 
     def to_dataframe(self) -> pd.DataFrame:

@@ -260,6 +260,7 @@ def _origin(made: GripperTables) -> dict[str, Any]:
         "experiment": made.experiment,
         "fingerprint": made.fingerprint,
         "posterior_sha256": made.posterior_sha256,
+        "draws_sha256": made.draws_sha256,
         "versions": dict(made.versions),
         "forward_name": made.forward_name,
         "seed": made.seed,

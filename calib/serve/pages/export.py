@@ -63,7 +63,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
-        "made": [found for one in space.exports() if (found := _tables_made(space, one, run.posterior_sha256)) is not None],
+        "made": [found for one in space.exports() if (found := _tables_made(space, one, run.posterior.draws_sha256)) is not None],
     }
 
 
@@ -75,7 +75,7 @@ def _recommended(folder: Path) -> float | None:
     return None if known is None else known.best
 
 
-def _tables_made(space: Workspace, name: str, posterior: str) -> dict[str, Any] | None:
+def _tables_made(space: Workspace, name: str, draws_sha256: str) -> dict[str, Any] | None:
     """What tables of a folder hold for, if they are of a run; what of them is damaged is said."""
     folder = space.export(name)
     path = folder / "force_tables.json"
@@ -83,7 +83,7 @@ def _tables_made(space: Workspace, name: str, posterior: str) -> dict[str, Any] 
     told: dict[str, Any] = {"name": name, "files": files, "wrong": "", "tables": [], "colour": "red", "reasons": []}
     try:
         content = force_tables_from_json(bytes_of(path, _LARGEST, "tables").decode("utf-8"), path)
-        if content["posterior_sha256"] != posterior:
+        if content.get("draws_sha256") != draws_sha256:
             return None
         verdict = content["verdict"]
         told |= {
