@@ -80,7 +80,12 @@ def verify(
 
 
 #: What is said in the end of files that are not fine.
-_STATES = {"changed": "not as written", "missing": "not there", "stale": "of what the run was before", "not finished": "not finished"}
+_STATES = {
+    "changed": "not as written",
+    "missing": "not there",
+    "stale": "of what the run was before",
+    "not finished": "not finished",
+}
 
 
 def _by_state(wrong: Sequence[Finding]) -> dict[str, list[str]]:

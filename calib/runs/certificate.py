@@ -54,8 +54,8 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
     Raises
     ------
     InputError
-        If a file of the run is not as it was written, an advice in it is of other draws, the model is not the one that the run was calibrated with, or another
-        process writes into the folder; nothing is written then.
+        If a file of the run is not as it was written, an advice in it is of other draws, the model is not the one that the run
+        was calibrated with, or another process writes into the folder; nothing is written then.
     """
     require_own_forward(run)
     if not (run.folder / LISTING).is_file():

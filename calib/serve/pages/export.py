@@ -12,6 +12,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from calib.decision import Gripper, largest_force
+from calib.digits import places_of, range_text
 from calib.errors import Fault, InputError
 from calib.regular import bytes_of
 from calib.report import force_tables_from_json, status_in_words
@@ -63,7 +64,9 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
-        "made": [found for one in space.exports() if (found := _tables_made(space, one, run.posterior.draws_sha256)) is not None],
+        "made": [
+            found for one in space.exports() if (found := _tables_made(space, one, run.posterior.draws_sha256)) is not None
+        ],
     }
 
 
@@ -100,13 +103,14 @@ def _range(table: dict[str, Any]) -> dict[str, str]:
     """Of one sensor what readings are valid, what forces they mean, and how well half the largest is told."""
     force, lower, upper = (np.array(table[f"{key}_N"], dtype=float) for key in ("force", "lower", "upper"))
     half = int(np.abs(force - 0.5 * force[-1]).argmin())
+    places = places_of(float(upper[half] - lower[half])) if upper[half] > lower[half] else 3
     touch = float(np.interp(table["touch"], table["ratio"], force))
     return {
         "name": str(table["name"]),
         "padding": f"{table['padding_thickness_m'] * 1e3:.3g} mm",
         "readings": f"{table['touch'] * 1e6:.0f} to {table['ratio'][-1] * 1e6:.0f} ppm",
-        "forces": f"{touch:.3g} to {force[-1]:.3g} N",
-        "half": f"{force[half]:.3f} N ({lower[half]:.3f} to {upper[half]:.3f})",
+        "forces": f"{range_text(touch, float(force[-1]))} N",
+        "half": f"{force[half]:.{places}f} N ({lower[half]:.{places}f} to {upper[half]:.{places}f})",
         "colour": str(table["verdict"]["colour"]),
         "conditions": "; ".join(map(str, table["conditions"])),
     }

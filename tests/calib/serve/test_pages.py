@@ -511,6 +511,7 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
     middle = [(a, b) for a, b in zip(low["signal"][2], high["signal"][2], strict=True) if a is not None and b is not None]
     assert middle
     assert all(a < b for a, b in middle)
+    assert len(high["reason"]) == len(high["light"]) == 181  # one for every place of the slider
     limited = built.page.get(
         "/padding/view", params={"name": "run", "force": "4 N", "stroke": "0.5 mm", "tolerance": "0.1 mm"}
     ).json()
