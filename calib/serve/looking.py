@@ -108,7 +108,7 @@ class Understood:
 
     @property
     def apart(self) -> bool:
-        """Whether it is no lab file at all, but settings or results, such as exports of calib: JSON that no experiment names."""
+        """Whether it is no lab file at all, but settings or results, as calib exports them: JSON that no experiment names."""
         return self.observations is None and not self.entries and self.name.lower().endswith(".json")
 
 
