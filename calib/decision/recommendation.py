@@ -258,7 +258,8 @@ class Recommendation:
             return void_in_words(self.verdict)
         as_good = f" ({self.interval_in_words} is as good)" if self.interval and self.interval[0] < self.interval[1] else ""
         change, within = _middle_and_ends(self.change_at_best * 100)
-        text = f"{self._start}{as_good}. At {self.requirement.force:g} N it gives a capacitance change of {change} % (90 %: {within} %)"
+        text = f"{self._start}{as_good}. At {self.requirement.force:g} N it gives a capacitance change of {change} % "
+        text += f"(90 %: {within} %)"
         if np.isfinite(self.gain[2]):
             text += f", {_middle_and_ends(self.gain)[0]} times that of the measured specimens"
         return f"{text}. {self.border}".strip()
