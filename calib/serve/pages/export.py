@@ -17,6 +17,7 @@ from calib.errors import Fault, InputError
 from calib.regular import bytes_of
 from calib.report import force_tables_from_json, status_in_words
 from calib.runs import export_in, load_recommendation
+from calib.sampling import FINGERPRINT
 from calib.serve import viewing
 from calib.serve.commands import typed
 from calib.serve.packing import packed
@@ -57,6 +58,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
     run = viewing.run_in(folder)
     known = _recommended(folder)
     usual = {"padding": "" if known is None else f"{known * 1e3:.3g} mm", "output": space.free_name(f"{folder.name}-gripper")}
+    of = (run.posterior.attrs.get(FINGERPRINT, ""), run.posterior.draws_sha256)
     return {
         "verdict": run.verdict,
         "status": status_in_words(run.verdict),
@@ -64,9 +66,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
-        "made": [
-            found for one in space.exports() if (found := _tables_made(space, one, run.posterior.draws_sha256)) is not None
-        ],
+        "made": [found for one in space.exports() if (found := _tables_made(space, one, of)) is not None],
     }
 
 
@@ -78,7 +78,7 @@ def _recommended(folder: Path) -> float | None:
     return None if known is None else known.best
 
 
-def _tables_made(space: Workspace, name: str, draws_sha256: str) -> dict[str, Any] | None:
+def _tables_made(space: Workspace, name: str, of: tuple[str, str]) -> dict[str, Any] | None:
     """What tables of a folder hold for, if they are of a run; what of them is damaged is said."""
     folder = space.export(name)
     path = folder / "force_tables.json"
@@ -86,7 +86,7 @@ def _tables_made(space: Workspace, name: str, draws_sha256: str) -> dict[str, An
     told: dict[str, Any] = {"name": name, "files": files, "wrong": "", "tables": [], "colour": "red", "reasons": []}
     try:
         content = force_tables_from_json(bytes_of(path, _LARGEST, "tables").decode("utf-8"), path)
-        if content.get("draws_sha256") != draws_sha256:
+        if (content.get("fingerprint"), content.get("draws_sha256")) != of:
             return None
         verdict = content["verdict"]
         told |= {
