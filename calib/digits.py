@@ -84,6 +84,48 @@ def interval_text(lo: float, hi: float) -> str:
     return f"{lo:.{places}f} to {hi:.{places}f}"
 
 
+def range_text(lo: float, hi: float) -> str:
+    """Write between what something holds, which is no interval of anything uncertain: to the same place, a hundredth of it.
+
+    Parameters
+    ----------
+    lo, hi : its ends, in whatever unit they are shown in.
+
+    Returns
+    -------
+    str
+        Without the unit.
+
+    Examples
+    --------
+    >>> range_text(97.5163, 103.762), range_text(0.0197, 5.4268)
+    ('97.52 to 103.76', '0.02 to 5.43')
+    """
+    places = places_of(hi - lo) + 1 if hi > lo else 3
+    return f"{lo:.{places}f} to {hi:.{places}f}"
+
+
+def span_text(*ends: float) -> str:
+    """Write ends that are not uncertain, such as those of what was asked for: all with as many decimals as one of them needs.
+
+    Parameters
+    ----------
+    ends : in whatever unit they are shown in; decimals beyond the second are none that people ask for.
+
+    Returns
+    -------
+    str
+        Without the unit.
+
+    Examples
+    --------
+    >>> span_text(4.0, 4.7), span_text(0.0, 9.0), span_text(2.504)
+    ('4.0 to 4.7', '0 to 9', '2.5')
+    """
+    places = max(len(f"{end:.2f}".rstrip("0").partition(".")[2]) for end in ends)
+    return " to ".join(f"{end:.{places}f}" for end in ends)
+
+
 def median_and_interval(bands: FloatArray, unit: str) -> str:
     """Write the median of a quantity and, in brackets, its central 90 %, with as many digits as its width deserves.
 

@@ -1,4 +1,4 @@
-"""How the documentation site is built: `python -m sphinx -W -n docs site`."""
+"""How the documentation site is built: `python -m sphinx -W docs site`."""
 
 from __future__ import annotations
 

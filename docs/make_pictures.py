@@ -115,7 +115,7 @@ def of_page(page: Page, site: str, folder: Path) -> None:
     folder : that is served.
     """
     page.locator("input[type=file]").first.set_input_files([*sorted(EXAMPLE.glob("sensor*.csv")), EXAMPLE / "truth.json"])
-    page.locator("li", has_text="truth.json").get_by_text("not understood").wait_for()
+    page.locator("li", has_text="truth.json").get_by_text("no lab file").wait_for()
     seen(page, "files", 620, 780)
     page.get_by_role("button", name="Write a first experiment").click()
     page.wait_for_url("**/experiment")

@@ -65,3 +65,10 @@ def test_what_came_out_is_kept(name: str, results: tuple[str, ...]) -> None:
     said = "".join(output.get("text", "") for output in outputs)
     assert [result for result in results if result not in said] == []
     assert not any(output.output_type == "error" or output.get("name") == "stderr" for output in outputs)
+
+
+@pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda p: p.stem)
+def test_every_notebook_is_kept_as_it_ran(path: Path) -> None:
+    cells = [cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
+    assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
+    assert any(output.get("data", {}).get("image/png") or output.get("text") for cell in cells for output in cell.outputs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ from calib.cli.common import not_usable, refusing_bad_input, say
 from calib.enumeration import first_of
 
 if TYPE_CHECKING:
-    from calib.runs import Received
+    from calib.runs import Finding, Received
 
 
 def verify(
@@ -75,7 +76,24 @@ def verify(
                 else f"All {len(findings)} files are as they were{unchecked}."
             )
     if wrong:
-        raise not_usable(f"{first_of([f.name for f in wrong])} {'is' if len(wrong) == 1 else 'are'} not as written")
+        raise not_usable("; ".join(_said(state, names) for state, names in _by_state(wrong).items()))
+
+
+#: What is said in the end of files that are not fine.
+_STATES = {
+    "changed": "not as written",
+    "missing": "not there",
+    "stale": "of what the run was before",
+    "not finished": "not finished",
+}
+
+
+def _by_state(wrong: Sequence[Finding]) -> dict[str, list[str]]:
+    return {state: names for state in _STATES if (names := [f.name for f in wrong if f.state == state])}
+
+
+def _said(state: str, names: Sequence[str]) -> str:
+    return f"{first_of(names)} {'is' if len(names) == 1 else 'are'} {_STATES[state]}"
 
 
 def _say_received(received: Received, n_wrong: int) -> None:

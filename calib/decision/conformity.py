@@ -222,14 +222,16 @@ class Conformity:
         return "; ".join(limit.in_words for limit in self.specification.limits)
 
     @property
-    def in_words(self) -> str:
-        """What to build and how sure that is, or why it cannot be met and what is nearest, a line for each thing.
-
-        Where the verdict is red there is nothing to build, and no number is said.
-        """
+    def in_short(self) -> str:
+        """What to build, how sure that is, and what stands on the drawing, of which `in_words` says more; a line for each."""
         if self.verdict.colour == "red":
             return void_in_words(self.verdict)
-        s, b, k = self.specification, self.best, self.at_best
+        return "\n".join([*self._lead, *self._drawing_in_words[:1]])
+
+    @property
+    def _lead(self) -> list[str]:
+        """Whether it is met, and by what."""
+        s, b = self.specification, self.best
         wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
         p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
@@ -247,6 +249,19 @@ class Conformity:
             )
         if self.close_call:
             lines.append(f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws).")
+        return lines
+
+    @property
+    def in_words(self) -> str:
+        """What to build and how sure that is, or why it cannot be met and what is nearest, a line for each thing.
+
+        Where the verdict is red there is nothing to build, and no number is said.
+        """
+        if self.verdict.colour == "red":
+            return void_in_words(self.verdict)
+        s, b, k = self.specification, self.best, self.at_best
+        wanted = f"{100 * s.probability:g} %"
+        lines = self._lead
         if self.met and self.always:
             span = self._span((self.thickness[b.covered][0], self.thickness[b.covered][-1]))
             lines.append(f"So does every thickness from {span}: the specification does not choose.")

@@ -173,7 +173,7 @@ def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = 
     if found:
         finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
         under = f" with a ball of {aim.ball * 1e3:g} mm radius" if "ball" in found else ""
-        pad = f"pad of about {pad_to_press(aim) * 1e3:g} mm" if aim.padding > 0 else "sensor without padding"
+        pad = f"pad of about {aim.padding * 1e3:.{aim.places}f} mm" if aim.padding > 0 else "sensor without padding"
         action = f"Press one {pad}{under} to {aim.force:g} N and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))
 

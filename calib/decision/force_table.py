@@ -12,6 +12,7 @@ import numpy.typing as npt
 from calib.checks import Reason, Verdict
 from calib.decision.gripper import LEVEL, WIDTH_IN_SD, Gripper
 from calib.decision.retreat import RetreatBand
+from calib.digits import interval_text
 from models.sensor import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -177,8 +178,8 @@ class ForceTable:
     @property
     def tare_in_words(self) -> str:
         """What tare is to be expected of the sensor."""
-        low, high = (f"{c * 1e12:.4g}" for c in self.tare[[0, 2]])
-        return f"about {low} pF" if low == high else f"{low} to {high} pF ({LEVEL * 100:g} %)"
+        low, high = (float(c) * 1e12 for c in self.tare[[0, 2]])
+        return f"{interval_text(low, high)} pF ({LEVEL * 100:g} %)" if high > low else f"about {low:.4g} pF"
 
     def tare_doubt(self, tare: float) -> Reason | None:
         """Why a tare cannot well be one of this sensor, if it is too far off what is to be expected.
@@ -217,6 +218,7 @@ class GripperTables:
     forward_name : of the model that predicts.
     seed : of the choice of draws.
     posterior_sha256, fingerprint : of the posterior's file and of the run; empty if there is none.
+    draws_sha256 : of the draws that they follow from, see `calib.Posterior.draws_sha256`.
     versions : name of a package -> its version, with which the run was made.
     """
 
@@ -228,4 +230,5 @@ class GripperTables:
     seed: int
     posterior_sha256: str
     fingerprint: str
+    draws_sha256: str
     versions: tuple[tuple[str, str], ...]

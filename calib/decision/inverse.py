@@ -43,8 +43,8 @@ from calib.decision.force_table import N_ROW, ForceTable, GripperTables, Kind, W
 from calib.decision.gripper import LEVEL, Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
 from calib.decision.retreat import RetreatBand, Retreats, band_of, why_no_band
+from calib.digits import with_uncertainty
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment
 from calib.sampling import FINGERPRINT, Posterior
 from models.analytic import caution
 from models.curves import curves_of, predict_design
@@ -154,7 +154,7 @@ def invert(
         those_pressed = [title] if sensor == "specimen" else sorted(capacitive)
         band = band_of(retreats or {}, those_pressed)
         conditions = (
-            *_conditions([m.posterior.experiment for m, _ in chosen], table, gripper),
+            *_conditions([m.posterior for m, _ in chosen], table, gripper),
             *_on_retreat(band, why_no_band(retreats or {}, those_pressed), sensor),
         )
         tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions), retreat=band))
@@ -169,6 +169,7 @@ def invert(
         seed=seed,
         posterior_sha256=posterior_sha256,
         fingerprint=posterior.attrs.get(FINGERPRINT, ""),
+        draws_sha256=posterior.draws_sha256,
         versions=tuple(versions.items()),
     )
 
@@ -413,8 +414,9 @@ def _less_than_advised(table: ForceTable, advised: float | None, covered: Covere
         yield Reason("range", "amber", finding, action if covered.confirms(advised) else covered.on_it(advised))
 
 
-def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: Gripper) -> tuple[str, ...]:
+def _conditions(posteriors: Sequence[Posterior], table: ForceTable, gripper: Gripper) -> tuple[str, ...]:
     """What a table holds for, in words: of the models of an average, too."""
+    experiments = [p.experiment for p in posteriors]
     e = experiments[0]
     who = {
         "specimen": f'the measured specimen "{table.name}", with the padding that it was measured on',
@@ -426,7 +428,7 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         ),
         "design": "that specimen on padding of exactly this thickness",
     }[table.sensor]
-    mean, sd = table.parasitic
+    mean, sd = _leads(posteriors, table, gripper)
     on = " or ".join(dict.fromkeys("bonded to" if e.base == "bonded" else "sliding on" for e in experiments))
     leads = "leads of the lab" if gripper.parasitic is None else "leads as stated"
     beyond = f"{table.end:.4g} N" if math.isnan(table.turn) else f"{table.end:.4g} N; from {table.turn:.4g} N on they fold back"
@@ -434,7 +436,7 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         f"sensor: {who}",
         f"ball of {table.indenter_radius * 1e3:.4g} mm radius in the middle: another shape or place is another table",
         f"{table.padding_thickness * 1e3:.4g} mm of padding, {on} a rigid base",
-        f"{leads}: they add {mean * 1e12:.3g} pF (sd {sd * 1e12:.2g} pF); 1 pF more makes every force read "
+        f"{leads}: they add {with_uncertainty(mean * 1e12, sd * 1e12)} pF; 1 pF more makes every force read "
         f"{100 * _share_of_a_picofarad(table):.1f} % too small",
         f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
         f"forces that may be read: up to {beyond}, where it is made for {table.rated:.4g} N; whether a larger one reads "
@@ -442,6 +444,12 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         "temperature and humidity as at power-on: tare again when they change",
         "loading, as slowly as in the lab: relaxation and creep are not covered",
     )
+
+
+def _leads(posteriors: Sequence[Posterior], table: ForceTable, gripper: Gripper) -> tuple[float, float]:
+    """What leads add [F] and its standard deviation, of all draws where it is that of the calibration."""
+    known = posteriors[0].diagnostics.parameters.get("parasitic_capacitance") if len(posteriors) == 1 else None
+    return table.parasitic if gripper.parasitic is not None or known is None else (known.mean, known.sd)
 
 
 def _on_retreat(band: RetreatBand | None, why: str, sensor: Kind) -> tuple[str, ...]:

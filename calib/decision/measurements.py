@@ -74,7 +74,6 @@ def next_measurements(
     bench: Bench | None = None,
     *,
     seed: int,
-    posterior_sha256: str = "",
     verdict: Verdict | None = None,
     advised_by: int | None = None,
 ) -> NextMeasurements:
@@ -91,7 +90,6 @@ def next_measurements(
     requirement : the load and the thicknesses to choose from, or the specification that is to be met; None for the modulus.
     bench : what the lab can measure; usual values by default.
     seed : of the choice of draws.
-    posterior_sha256 : hash of the posterior's file, kept with the result.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
     advised_by : seed of the recommendation whose padding is meant; None for `seed`.
 
@@ -166,7 +164,7 @@ def next_measurements(
         verdict_of(reasons),
         forward.name,
         seed,
-        posterior_sha256,
+        posterior.draws_sha256,
         None if decision is None else decision.deciding,
         tuple(beyond),
         sum(reason.gate == EXTRAPOLATION for reason in reasons) > bool(beyond),

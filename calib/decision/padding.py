@@ -42,7 +42,6 @@ def recommend(
     requirement: Requirement,
     *,
     seed: int,
-    posterior_sha256: str = "",
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
 ) -> Recommendation:
@@ -60,7 +59,6 @@ def recommend(
     forward : the model that predicts, the one of the calibration.
     requirement : what is wanted.
     seed : of the choice of draws and specimens.
-    posterior_sha256 : hash of the posterior's file, kept with the result as a mark of the posterior that it follows from.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
     members : the models that the posterior is an average of, each of which predicts for its own draws; none for one model.
 
@@ -155,7 +153,7 @@ def recommend(
         forward_name=forward.name,
         sensor="next" if sensors.of_next else "measured",
         seed=seed,
-        posterior_sha256=posterior_sha256,
+        draws_sha256=posterior.draws_sha256,
     )
 
 

@@ -17,7 +17,7 @@ from calib.experiment import Experiment, experiment_toml
 from calib.records import exact_record_from_text, record_to_text
 
 #: Layout version of next.json.
-FORMAT = 3
+FORMAT = 4
 _KIND = "next measurements"
 #: Gate of a ranking that is a hint only.
 LINEARISATION = "linearisation"
@@ -149,7 +149,7 @@ class NextMeasurements:
     verdict : on the calibration, and on whether linearisation does.
     forward_name : the model that predicted.
     seed : of the choice of draws.
-    posterior_sha256 : hash of the posterior's file, empty if there is none.
+    draws_sha256 : of the draws that it follows from, see `calib.Posterior.draws_sha256`.
     deciding : on a specification; None where none is asked for.
     beyond : in what the advice goes beyond the data: force, padding, depth, ball; none of a modulus.
     else_beyond : whether it goes beyond them in something else, too, such as another material.
@@ -167,7 +167,7 @@ class NextMeasurements:
     verdict: Verdict
     forward_name: str
     seed: int
-    posterior_sha256: str = field(default="")
+    draws_sha256: str = field(default="")
     deciding: Deciding | None = None
     beyond: tuple[str, ...] = ()
     else_beyond: bool = False
@@ -409,7 +409,7 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
 
     content = {
         "fingerprint": fingerprint,
-        "posterior_sha256": found.posterior_sha256,
+        "draws_sha256": found.draws_sha256,
         "verdict": found.verdict.to_plain(),
         "said": found.in_words,
         "for": found.asked,
@@ -433,14 +433,14 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
     return record_to_text(_KIND, FORMAT, content)
 
 
-def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | None = None) -> NextInShort | None:
+def next_from_json(text: str, path: Path | None = None, draws_sha256: str | None = None) -> NextInShort | None:
     """Read as much as a report shows of what `next_to_json` wrote.
 
     Parameters
     ----------
     text : of the file.
     path : of the file, to be named if it is refused.
-    posterior_sha256 : of the posterior that it must be of; None for any.
+    draws_sha256 : of the draws that it must be of; None for any.
 
     Returns
     -------
@@ -453,7 +453,7 @@ def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | 
     """
     try:
         record = exact_record_from_text(_KIND, FORMAT, text)
-        if posterior_sha256 is not None and record["posterior_sha256"] != posterior_sha256:
+        if draws_sha256 is not None and record["draws_sha256"] != draws_sha256:
             return None
         first = tuple(
             ShortMeasurement(*(one[f.name] for f in fields(ShortMeasurement)))

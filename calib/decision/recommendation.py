@@ -93,7 +93,7 @@ class Recommendation:
     sensor : whose padding it is: "measured" for a sensor like those measured, of their material; "next" for one that has
         not been measured, of the same lot (partial pooling), with how it may differ in the intervals.
     seed : of the choice of draws.
-    posterior_sha256 : hash of the posterior's file, empty if there is none.
+    draws_sha256 : of the draws that it follows from, see `calib.Posterior.draws_sha256`.
     conformity : whether a specification will be met, and by which padding, if one was given: then that is the advice, and all
         else is what gives the largest signal.
     """
@@ -125,7 +125,7 @@ class Recommendation:
     forward_name: str
     sensor: Literal["measured", "next"]
     seed: int
-    posterior_sha256: str
+    draws_sha256: str
     conformity: Conformity | None = None
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -243,19 +243,36 @@ class Recommendation:
         return any(reason.gate == "coverage" for reason in self.verdict.reasons)
 
     @property
+    def _start(self) -> str:
+        """What to build, with the proviso that it goes beyond the data where it does, without the full stop."""
+        start = f"build about {self.best_in_words} of padding"
+        if self.best_probability < 0.5:
+            start = f"there is no clear best padding; the least doubtful choice is about {self.best_in_words}"
+        beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
+        return f"{PROVISO}{start}" if beyond else f"{start[0].upper()}{start[1:]}"
+
+    @property
+    def in_short(self) -> str:
+        """The recommendation in two or three short sentences, of which `in_words` says more; why there is none if it is red."""
+        if self.verdict.colour == "red":
+            return void_in_words(self.verdict)
+        as_good = f" ({self.interval_in_words} is as good)" if self.interval and self.interval[0] < self.interval[1] else ""
+        change, within = _middle_and_ends(self.change_at_best * 100)
+        text = f"{self._start}{as_good}. At {self.requirement.force:g} N it gives a capacitance change of {change} % "
+        text += f"(90 %: {within} %)"
+        if np.isfinite(self.gain[2]):
+            text += f", {_middle_and_ends(self.gain)[0]} times that of the measured specimens"
+        return f"{text}. {self.border}".strip()
+
+    @property
     def in_words(self) -> str:
         """The recommendation in words and numbers, in a few sentences; none where the verdict is red, which has no results."""
         if self.verdict.colour == "red":
             return void_in_words(self.verdict)
         r, mm = self.requirement, 1e3
-        start = f"build about {self.best_in_words} of padding."
-        if self.best_probability < 0.5:
-            start = f"there is no clear best padding; the least doubtful choice is about {self.best_in_words}."
-        beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
-        start = f"{PROVISO}{start}" if beyond else f"{start[0].upper()}{start[1:]}"
         change, within = _middle_and_ends(self.change_at_best * 100)
         text = (
-            f"{start} At {r.force:g} N it gives a capacitance change of {change} % "
+            f"{self._start}. At {r.force:g} N it gives a capacitance change of {change} % "
             f"(90 % interval {within} %), and with a probability of {percent(self.best_probability)} it is within "
             f"{r.tolerance * 100:g} % of the best this sensor can do {self._among_in_words} ({self.sureness}). "
         )

@@ -185,7 +185,6 @@ def recommend_for(
     wanted: Requirement | Specification,
     *,
     seed: int,
-    posterior_sha256: str = "",
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
 ) -> Recommendation:
@@ -198,7 +197,6 @@ def recommend_for(
     posterior, forward : of the calibration.
     wanted : of the padding.
     seed : of the choice of draws.
-    posterior_sha256 : hash of the posterior's file, kept with the result.
     verdict, members : as in `recommend` and `conform`.
 
     Returns
@@ -217,7 +215,6 @@ def recommend_for(
             forward,
             requirement,
             seed=seed,
-            posterior_sha256=posterior_sha256,
             verdict=verdict,
             members=members,
         )

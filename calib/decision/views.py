@@ -138,14 +138,24 @@ class Landscape:
             height=bands["height"],
             conforming=np.where(covered, _spread(self.thickness, np.mean(every, axis=0), tolerance), np.nan),
             fails=np.where(covered, fails, np.nan),
-            verdict=tuple(self._verdicts(force, covered, bands["stroke"][2])),
+            verdict=tuple(self._verdicts(force, covered, bands["stroke"][2], self.thickness)),
         )
 
-    def _verdicts(self, force: float, covered: BoolArray, depth: FloatArray) -> Iterator[Verdict]:
+    def verdicts(self, view: View, thickness: FloatArray) -> tuple[Verdict, ...]:
+        """Whether what is seen may be relied on at other thicknesses than those that are tabulated, each named as it is.
+
+        Parameters
+        ----------
+        view : at one load.
+        thickness : [m], (n,), within those that are tabulated.
+        """
+        return tuple(self._verdicts(view.force, view.covered, view.depth[2], thickness))
+
+    def _verdicts(self, force: float, covered: BoolArray, depth: FloatArray, at: FloatArray) -> Iterator[Verdict]:
         others = spans_in_words(self.thickness, covered) if np.any(covered) else ""
-        for thickness, middle, reach in zip(
-            self.thickness.tolist(), np.nan_to_num(depth).tolist(), self.reach.tolist(), strict=True
-        ):
+        depths = np.interp(at, self.thickness, np.nan_to_num(depth))
+        reaches = np.interp(at, self.thickness, self.reach)
+        for thickness, middle, reach in zip(at.tolist(), depths.tolist(), reaches.tolist(), strict=True):
             more = beyond(self.presses, Aim(force, thickness, middle, self.ball), Covered(reach, others))
             yield verdict_of([*self.known.reasons, *more])
 

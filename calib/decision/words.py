@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.checks import Verdict
+from calib.digits import span_text
 from models.sensor import BoolArray, FloatArray
 
 #: Gate of what goes beyond the data, and how an advice begins that does.
@@ -65,5 +66,5 @@ def spans_in_words(thickness: FloatArray, chosen: BoolArray) -> str:
     '0 mm and 2 to 3 mm'
     """
     turns = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int))).reshape(-1, 2)
-    ends = [(thickness[first] * 1e3, thickness[last - 1] * 1e3) for first, last in turns]
-    return " and ".join(f"{a:.3g} mm" if a == b else f"{a:.3g} to {b:.3g} mm" for a, b in ends)
+    ends = [(float(thickness[first]) * 1e3, float(thickness[last - 1]) * 1e3) for first, last in turns]
+    return " and ".join(f"{span_text(a)} mm" if a == b else f"{span_text(a, b)} mm" for a, b in ends)

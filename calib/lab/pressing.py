@@ -323,7 +323,7 @@ def _noise_note(channel: str, what: str, readings: NoiseEstimate) -> str:
     of = f" ({r.n_row} rows, each reading is written {r.repeat:.3g} times)" if r.repeat > 1 else ""
     return (
         f"{what}: {r.n_reading} readings{of} in {r.n_point} points, noise of one reading "
-        f"{r.noise * scale:.3g} {unit}, {seen}, neighbours correlated over {r.correlation:.2g} readings{far}"
+        f"{r.noise * scale:.2g} {unit}, {seen}, neighbours correlated over {r.correlation:.2g} readings{far}"
     )
 
 

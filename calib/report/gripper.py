@@ -14,7 +14,7 @@ import jinja2
 import numpy as np
 
 from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables, Status
-from calib.digits import places_of
+from calib.digits import places_of, range_text
 from calib.errors import Fault, InputError, in_shell
 from calib.provenance import PROGRAM
 from calib.records import record_from_text, record_to_text
@@ -153,9 +153,12 @@ def range_in_words(table: ForceTable, tare: float) -> str:
     table : of the sensor.
     tare : [F], c0.
     """
-    first, last = (f"{tare * (1 + r) * 1e12:.5g}" for r in (table.touch, float(table.ratio[-1])))
-    least = float(np.interp(table.touch, table.ratio, table.force))
-    return f"{first} to {last} pF at this tare, which are {least:.3g} to {table.largest:.4g} N"
+    first, last = (tare * (1 + r) * 1e12 for r in (table.touch, float(table.ratio[-1])))
+    return f"{range_text(first, last)} pF at this tare, which are {_forces(table)} N"
+
+
+def _forces(table: ForceTable) -> str:
+    return range_text(float(np.interp(table.touch, table.ratio, table.force)), table.largest)
 
 
 @dataclass(frozen=True)
@@ -196,7 +199,7 @@ def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
     reasons = tuple(_line(f"{r.level}, {r.gate}: {r.in_words}") for r in table.verdict.reasons)
     title = _line(table.name)
     ppm = f"{table.touch * 1e6:.0f} to {table.ratio[-1] * 1e6:.0f}"
-    forces = f"{float(np.interp(table.touch, table.ratio, table.force)):.3g} to {table.largest:.4g}"
+    forces = _forces(table)
     range_ = f"valid: readings of {ppm} ppm above the tare, forces of {forces} N"
     expected = f"tare to be expected: {table.tare_in_words}"
     return _LaidOut(
@@ -260,6 +263,7 @@ def _origin(made: GripperTables) -> dict[str, Any]:
         "experiment": made.experiment,
         "fingerprint": made.fingerprint,
         "posterior_sha256": made.posterior_sha256,
+        "draws_sha256": made.draws_sha256,
         "versions": dict(made.versions),
         "forward_name": made.forward_name,
         "seed": made.seed,

@@ -35,9 +35,9 @@ def report_page(
     ----------
     posterior : the result, with its diagnostics.
     predictions : of its sweeps, see `calib.checks.predictive.predict`.
-    recommendation : of a padding, if one was asked for.
+    recommendation : of a padding, if one was asked for; one that was made from other draws is marked as such.
     verdict : on the calibration; None to judge it here.
-    posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
+    posterior_sha256 : hash of the posterior's file, "" if it is not kept.
     drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
     members : the models that the posterior is an average of; none for one model.
     next_steps : what to measure next; None to say nothing of it.

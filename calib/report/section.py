@@ -52,9 +52,8 @@ class Results:
 
     @property
     def stale(self) -> bool:
-        """Whether the recommendation was made from another posterior than this."""
-        made_from = "" if self.recommendation is None else self.recommendation.posterior_sha256
-        return bool(self.posterior_sha256 and made_from) and made_from != self.posterior_sha256
+        """Whether the recommendation was made from other draws than these."""
+        return self.recommendation is not None and self.recommendation.draws_sha256 != self.posterior.draws_sha256
 
     @property
     def signal_picture(self) -> str:

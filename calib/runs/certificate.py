@@ -11,6 +11,7 @@ from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM
 from calib.report import Certificate, Origin, certify
+from calib.runs.advice import of_other_draws
 from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
 from calib.runs.listing import (
@@ -53,8 +54,8 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
     Raises
     ------
     InputError
-        If a file of the run is not as it was written, the model is not the one that the run was calibrated with, or another
-        process writes into the folder; nothing is written then.
+        If a file of the run is not as it was written, an advice in it is of other draws, the model is not the one that the run
+        was calibrated with, or another process writes into the folder; nothing is written then.
     """
     require_own_forward(run)
     if not (run.folder / LISTING).is_file():
@@ -66,6 +67,7 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
     command = command or "calib certificate"
     verdict = run.verdict
     with owned_run(run, command) as listing:
+        _require_own_advice(run)
         of_run = _files_of(run.folder, listing)
         now = datetime.now(UTC)
         origin = _origin(run, with_command(listing, command))
@@ -84,6 +86,20 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
                 if name in texts:
                     write_text(run.folder / name, texts[name])
     return certificate
+
+
+def _require_own_advice(run: Run) -> None:
+    """Refuse to certify a report whose advice is of other draws.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    for name, note in of_other_draws(run).items():
+        said, _, again = note.partition(": ")
+        advice = f"{again[:1].upper()}{again[1:]}, and then certify"
+        raise InputError(Fault(f"this advice was {said}, and nothing is certified", run.folder / name, advice=advice))
 
 
 def _files_of(folder: Path, listing: Listing) -> dict[str, str]:

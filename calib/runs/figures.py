@@ -82,8 +82,8 @@ def _captions(run: Run, recommendation: Recommendation | None, captions: Mapping
     lines += _verdict(run.verdict, "the numbers")
     if recommendation is not None:
         lines += _verdict(recommendation.verdict, "the advice")
-        if recommendation.posterior_sha256 not in ("", run.posterior_sha256):
-            lines += ["", "The advice was made from an earlier posterior: run `calib recommend` again."]
+        if recommendation.draws_sha256 != run.posterior.draws_sha256:
+            lines += ["", "The advice was made from other draws: run `calib recommend` again."]
     for name, caption in captions.items():
         lines += ["", f"**{name}** {visible(caption)}"]
     return "\n".join(lines) + "\n"

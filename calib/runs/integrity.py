@@ -6,6 +6,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.files import sha256_of
+from calib.runs.advice import of_other_draws
 from calib.runs.certified import Finding, check_certificate, check_signature, unsigned_in_words
 from calib.runs.folder import Run, load_run
 from calib.runs.listing import (
@@ -64,6 +65,8 @@ def verify(folder: Path | str, public_key: PublicKey | None = None) -> tuple[Fin
         doubts[SIGNATURE] = signed
     elif CERTIFICATE in found:
         doubts.setdefault(CERTIFICATE, Finding(CERTIFICATE, "fine", unsigned_in_words(listing)))
+    if run is not None:
+        doubts |= {name: Finding(name, "stale", note) for name, note in of_other_draws(run).items()}
     # What its own hash tells comes first: a file that is not as it was written is nobody's.
     found |= {name: doubt for name, doubt in doubts.items() if name not in found or found[name].state == "fine"}
     checkpoint = sorted({*checkpoint_names(folder), *(name for name in listing.files if name.startswith(f"{CHECKPOINT}/"))})
@@ -99,6 +102,9 @@ def _loaded(folder: Path, listing: Listing) -> tuple[Run | None, tuple[Finding, 
     if listing.files.get(POSTERIOR) is None or not listing.identity:
         return None, ()
     name = "forward model"
+    path = folder / POSTERIOR
+    if not path.is_file() or sha256_of(path) != listing.files[POSTERIOR]:
+        return None, (Finding(name, "not checked", f"only {POSTERIOR} as the run wrote it tells which it was"),)
     try:
         run = load_run(folder)
     except InputError as error:

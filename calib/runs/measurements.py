@@ -37,7 +37,6 @@ def next_for(
         requirement,
         bench,
         seed=seed,
-        posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
         advised_by=advised_by,
     )
@@ -50,7 +49,7 @@ def _as_advised(
     kept = None
     with suppress(InputError):  # one that is damaged advises nothing
         kept = load_recommendation(run.folder)
-    if requirement is None or kept is None or kept.posterior_sha256 != run.posterior_sha256:
+    if requirement is None or kept is None or kept.draws_sha256 != run.posterior.draws_sha256:
         return requirement, None
     if isinstance(requirement, Requirement):
         asked, seed = (kept.requirement if kept.conformity is None else None), kept.seed

@@ -68,7 +68,7 @@ def next_steps_of(run: Run) -> NextInShort | None:
     if path.is_file():
         with suppress(InputError, OSError):  # of an earlier version, or not as it was written: it is worked out anew
             text = path.read_bytes().decode("utf-8", errors="replace")
-            kept = next_from_json(text, path, run.posterior_sha256)
+            kept = next_from_json(text, path, run.posterior.draws_sha256)
             if kept is not None:
                 return kept
     if run.members or run.another_forward or run.posterior.experiment.model == "fem":

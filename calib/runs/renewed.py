@@ -70,7 +70,6 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, co
         run.forward,
         wanted,
         seed=seed,
-        posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
         members=run.members,
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -86,6 +88,20 @@ class Posterior:
         rows = pd.MultiIndex.from_product([range(n_chain), range(n_draw)], names=["chain", "draw"])
         values = self.draws[:, self.order].reshape(-1, n_parameter)
         return pd.DataFrame(values, index=rows, columns=[p.name for p in self.parameters])
+
+    @cached_property
+    def draws_sha256(self) -> str:
+        """What tells these draws from others: SHA-256 of the draws, of what they are of, and of the forward model's name.
+
+        What is made from a posterior follows from it, whatever else the experiment file says by now, and is compared by this.
+        """
+        digest = hashlib.sha256(
+            json.dumps([self.forward_name, [p.name for p in self.parameters], dict(self.fixed)], sort_keys=True).encode()
+        )
+        for array in (self.draws, self.of_model):
+            if array is not None:
+                digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
 
     @property
     def unknowns(self) -> tuple[ParameterInfo, ...]:

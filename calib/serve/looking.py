@@ -106,6 +106,11 @@ class Understood:
     observations: Observations | None
     faults: tuple[Fault, ...]
 
+    @property
+    def apart(self) -> bool:
+        """Whether it is no lab file at all, but settings or results, as calib exports them: JSON that no experiment names."""
+        return self.observations is None and not self.entries and self.name.lower().endswith(".json")
+
 
 def experiment_tables(space: Workspace) -> dict[str, Any]:
     """Tables of the experiment file, empty where there is none that can be read."""

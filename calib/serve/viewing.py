@@ -22,6 +22,8 @@ from models.sensor import FloatArray
 _RUNS, _LANDSCAPES = Kept(3), Kept(4)
 _ONE = threading.Lock()
 
+#: From one place of the slider of paddings to the next [m].
+PADDING_STEP = 0.05e-3
 # How often the range of the slider may be doubled.
 _DOUBLED = 5
 # What is tabulated there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
@@ -193,11 +195,12 @@ def quantity(form: Mapping[str, str], name: str, unit: str, otherwise: float) ->
         raise InputError(Fault(f"{name}: {error}")) from None
 
 
-def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
+def view_plain(land: Landscape, view: View, limits: Sequence[Limit]) -> dict[str, Any]:
     """What a page draws of a view, in units of display; what is not covered is null.
 
     Parameters
     ----------
+    land : that it is of.
     view : that is seen.
     limits : that it was asked with.
     """
@@ -206,6 +209,9 @@ def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
         shown = np.where(np.isfinite(values), values * scale, np.nan)
         return [[None if x != x else round(x, 6) for x in row] for row in shown.tolist()]
 
+    first, last = float(view.thickness[0]), float(view.thickness[-1])
+    # At every place of the slider: what is said of a padding is said of that very one.
+    each = land.verdicts(view, np.linspace(first, last, round((last - first) / PADDING_STEP) + 1))
     one = [None if x != x else round(x, 4) for x in view.conforming.tolist()]
     return {
         "force": view.force,
@@ -220,7 +226,9 @@ def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
         "limits": [limit.in_words for limit in limits],
         "fails": plain(view.fails, 1.0),
         "colour": [verdict.colour for verdict in view.verdict],
-        "reason": [next((r.in_words for r in verdict.reasons), "") for verdict in view.verdict],
+        "step": PADDING_STEP * 1e3,
+        "light": [verdict.colour for verdict in each],
+        "reason": [next((r.in_words for r in verdict.reasons), "") for verdict in each],
     }
 
 

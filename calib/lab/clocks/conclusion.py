@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.digits import with_uncertainty
 from calib.lab.clocks.offset import ClockOffset, Confidence
 from calib.lab.clocks.records import CrossheadRecord, MeterRecord
 from calib.lab.clocks.survey import OffsetRange
@@ -81,7 +82,7 @@ def from_onset_alone(meter: MeterRecord, onset: tuple[float, float], why: str, *
     why : the reason that there is no estimate from the turning point, in words.
     more : further sentences for the report.
     """
-    said = f"clock offset from the onset only, {why}: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
+    said = f"clock offset from the onset only, {why}: {with_uncertainty(*onset)} s"
     return ClockOffset(onset[0], onset[1], meter.systematic, "weak", None, onset, (), (said, *more))
 
 
@@ -103,13 +104,13 @@ def combined(
         assert onset is not None
         return from_onset_alone(meter, onset, "the log does not show the turning point", stamps)
     value, sd = turning
-    evidence = [f"clock offset from the turning point: {value:.3f} s, sd {sd:.4f} s", stamps]
+    evidence = [f"clock offset from the turning point: {with_uncertainty(value, sd)} s", stamps]
     sharp = sd <= _CLEAR_SD
     agrees = True
     if onset is not None:
         apart = onset[0] - value
         agrees = abs(apart) <= 3 * float(np.hypot(onset[1], sd))
-        evidence.append(f"the onset tells {onset[0]:.3f} s, sd {onset[1]:.3f} s: {'agrees' if agrees else 'DISAGREES'}")
+        evidence.append(f"the onset tells {with_uncertainty(*onset)} s: {'agrees' if agrees else 'DISAGREES'}")
         if not agrees:
             sd = abs(apart)
             evidence.append(
@@ -132,8 +133,8 @@ def _from_survey(meter: MeterRecord, tester: CrossheadRecord, best: OffsetRange,
     if best.width < 0.2 * tester.duration and min(both) >= 3:
         sd = max(best.width / 2, meter.interval / 4)
         said = (
-            f"clock offset from a fit of the whole log only, too few readings at the turning point: {best.value:.3f} s, "
-            f"sd {sd:.3f} s"
+            f"clock offset from a fit of the whole log only, too few readings at the turning point: "
+            f"{with_uncertainty(best.value, sd)} s"
         )
         return ClockOffset(best.value, sd, meter.systematic, "weak", None, None, (), (said, stamps))
     why = "no turning point within the log and no clear onset of the capacitance"

@@ -128,7 +128,8 @@ def prior_figure(posterior: Posterior, names: Sequence[str] | None = None) -> Fi
     rows = -(-len(shown) // 2)
     tall = 1.5 * rows + 0.2
     fig = Figure(figsize=(WIDTH, tall))
-    room = {"left": 0.03, "right": 0.97, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.7, "wspace": 0.12}
+    # Between the panels there is room for a label that goes beyond either.
+    room = {"left": 0.03, "right": 0.97, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.7, "wspace": 0.26}
     axes = np.atleast_1d(np.asarray(fig.subplots(rows, 2, squeeze=False, gridspec_kw=room))).ravel()
     for ax, i in zip(axes, shown, strict=False):
         info = posterior.parameters[i]

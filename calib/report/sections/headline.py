@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, spread_of
-from calib.checks import LEARNED, TARE, Colour, Reason, passed_gates, tare_from_text
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
+from calib.checks import LEARNED, TARE, Colour, passed_gates, tare_from_text
 from calib.decision import largest_force, percent, void_in_words
 from calib.enumeration import first_of
 from calib.experiment import model_in_words
@@ -20,12 +20,8 @@ ORDER = 10
 # Specimens that the first sheet has room for; of more it says how many.
 _MOST_SPECIMENS = 8
 
-# What a sheet of A4 has room for beside title, frames, signal and conditions, and how tall lines and cards are on it [mm].
-_ROOM, _LINE, _CARDS = 104.0, 4.2, 22.0
-# Letters of a line across the sheet, of one of the two columns of a reason, and cards beside each other.
-_ACROSS, _COLUMN, _ABREAST = 105, 34, 4
-# Letters of a line of what a verdict allows, which is larger; one of them is in the frame.
-_STATUS = 72
+# With so few reasons the first sheet of paper has room for a larger picture.
+_FEW = 2
 
 # What would move a headline by no more than this, in its standard deviations, and shows in nothing is left to the check.
 _UNSEEN = 1.0
@@ -48,7 +44,7 @@ def section(results: Results) -> Section:
     shown = _specimens(rows)
     cards = [r for r in rows if not r.where]
     sentences = _NO_RESULT if results.void else summary_sentences(posterior)
-    advice = "" if recommendation is None else recommendation.in_words if conformity is None else conformity.in_words
+    advice = "" if recommendation is None else recommendation.in_short if conformity is None else conformity.in_short
     status = status_in_words(verdict)
     advice_status = "" if recommendation is None else status_in_words(recommendation.verdict, "the advice")
     advised: Colour | None = None if recommendation is None else recommendation.verdict.colour
@@ -57,9 +53,6 @@ def section(results: Results) -> Section:
         advice, advised = void_in_words(verdict), "red"
         advice_status = status_in_words(verdict, "the advice")
     unseen = not_seen(results)
-    texts = (sentences, unseen, *advice.splitlines())
-    height = _height([*verdict.reasons, *more], texts, len(cards) + (recommendation is not None))
-    height += sum(max(_lines(text, _STATUS) - 1, 0) for text in (status, advice_status)) * _LINE
     context = {
         "verdict": verdict,
         "void": results.void,
@@ -79,9 +72,8 @@ def section(results: Results) -> Section:
         "left_out": max(0, len(shown) - _MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
         "conditions": (*_conditions(results), *put_in_conditions(results)),
+        "roomy": len(verdict.reasons) + len(more) <= _FEW,
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
-        # What does not fit onto one sheet is followed by the next section where it ends.
-        "one_sheet": height <= _ROOM,
     }
     return Section("verdict", "", "", "headline.html.j2", context)
 
@@ -98,22 +90,12 @@ def not_seen(results: Results) -> str:
     most = max(kept, key=lambda tare: abs(tare.shift), default=None)
     if most is None or abs(most.shift) <= _UNSEEN:
         return ""
-    label, step, example = QUANTITIES[most.name.parameter].label, f"{most.step * 1e3:.2g} mN", UNKNOWNS["load_step"].example
+    label, step = QUANTITIES[most.name.parameter].label, f"{most.step * 1e3:.2g} mN"
     return (
         f"a load cell balanced anew at the touch of every press, by the noise of one reading ({step}), would shift {label} by "
-        f"{abs(most.shift):.1f} of its standard deviations, and nothing shows it. To see it compare the load at rest before "
-        f"and after a press; where the machine may do so give load_step = {example} in [specimens.priors]."
+        f"{abs(most.shift):.1f} of its standard deviations, and nothing shows it. Compare the load at rest before "
+        "and after a press."
     )
-
-
-def _height(reasons: Sequence[Reason], texts: Sequence[str], n_card: int) -> float:
-    """About how tall verdicts and cards are on paper [mm]."""
-    lights = sum(max(_lines(r.finding, _COLUMN), _lines(r.action, _COLUMN)) * _LINE + 2.0 for r in reasons)
-    return lights + sum(_lines(text, _ACROSS) for text in texts) * _LINE + _lines("x" * n_card, _ABREAST) * _CARDS
-
-
-def _lines(text: str, letters: int) -> int:
-    return -(-len(text) // letters)
 
 
 def _specimens(rows: Sequence[ParameterRow]) -> list[tuple[str, dict[str, ParameterRow]]]:

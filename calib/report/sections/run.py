@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.checks import OF_MODELS
+from calib.checks import OF_MODELS, TARE, tare_from_text
 from calib.citation import PAPER, citation
 from calib.experiment import model_in_words
 from calib.provenance import PROGRAM
@@ -12,6 +12,9 @@ from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
 ORDER = 90
+
+# How a version is named among the texts that are kept with a posterior.
+_VERSION = "version of "
 
 
 def section(results: Results) -> Section:
@@ -44,8 +47,19 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
         facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
     if version := posterior.attrs.get(f"version of {PROGRAM}"):
         facts.append(("to cite", f"{citation(version)}. Sensor model: {PAPER}"))
-    facts += [(k.replace("_", " "), v) for k, v in posterior.attrs.items() if len(v) < 2000 and k != OF_MODELS]
-    return facts
+    versions = {k.removeprefix(_VERSION): v for k, v in posterior.attrs.items() if k.startswith(_VERSION)}
+    if versions:
+        facts.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    if TARE in posterior.attrs:
+        tare = tare_from_text(posterior.attrs[TARE])
+        moved = f"moves {tare.name.label} by {abs(tare.shift):.1f} of its standard deviations"
+        facts.append((TARE, f"by the noise of one reading ({tare.step * 1e3:.2g} mN): {moved}"))
+    said = (OF_MODELS, TARE)
+    return facts + [
+        (k.replace("_", " "), v)
+        for k, v in posterior.attrs.items()
+        if len(v) < 2000 and k not in said and not k.startswith(_VERSION)
+    ]
 
 
 def _of_chains(posterior: Posterior) -> list[tuple[str, str]]:

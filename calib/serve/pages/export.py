@@ -12,10 +12,12 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from calib.decision import Gripper, largest_force
+from calib.digits import places_of, range_text
 from calib.errors import Fault, InputError
 from calib.regular import bytes_of
 from calib.report import force_tables_from_json, status_in_words
 from calib.runs import export_in, load_recommendation
+from calib.sampling import FINGERPRINT
 from calib.serve import viewing
 from calib.serve.commands import typed
 from calib.serve.packing import packed
@@ -56,6 +58,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
     run = viewing.run_in(folder)
     known = _recommended(folder)
     usual = {"padding": "" if known is None else f"{known * 1e3:.3g} mm", "output": space.free_name(f"{folder.name}-gripper")}
+    of = (run.posterior.attrs.get(FINGERPRINT, ""), run.posterior.draws_sha256)
     return {
         "verdict": run.verdict,
         "status": status_in_words(run.verdict),
@@ -63,7 +66,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
-        "made": [found for one in space.exports() if (found := _tables_made(space, one, run.posterior_sha256)) is not None],
+        "made": [found for one in space.exports() if (found := _tables_made(space, one, of)) is not None],
     }
 
 
@@ -75,7 +78,7 @@ def _recommended(folder: Path) -> float | None:
     return None if known is None else known.best
 
 
-def _tables_made(space: Workspace, name: str, posterior: str) -> dict[str, Any] | None:
+def _tables_made(space: Workspace, name: str, of: tuple[str, str]) -> dict[str, Any] | None:
     """What tables of a folder hold for, if they are of a run; what of them is damaged is said."""
     folder = space.export(name)
     path = folder / "force_tables.json"
@@ -83,7 +86,7 @@ def _tables_made(space: Workspace, name: str, posterior: str) -> dict[str, Any] 
     told: dict[str, Any] = {"name": name, "files": files, "wrong": "", "tables": [], "colour": "red", "reasons": []}
     try:
         content = force_tables_from_json(bytes_of(path, _LARGEST, "tables").decode("utf-8"), path)
-        if content["posterior_sha256"] != posterior:
+        if (content.get("fingerprint"), content.get("draws_sha256")) != of:
             return None
         verdict = content["verdict"]
         told |= {
@@ -100,13 +103,14 @@ def _range(table: dict[str, Any]) -> dict[str, str]:
     """Of one sensor what readings are valid, what forces they mean, and how well half the largest is told."""
     force, lower, upper = (np.array(table[f"{key}_N"], dtype=float) for key in ("force", "lower", "upper"))
     half = int(np.abs(force - 0.5 * force[-1]).argmin())
+    places = places_of(float(upper[half] - lower[half])) if upper[half] > lower[half] else 3
     touch = float(np.interp(table["touch"], table["ratio"], force))
     return {
         "name": str(table["name"]),
         "padding": f"{table['padding_thickness_m'] * 1e3:.3g} mm",
         "readings": f"{table['touch'] * 1e6:.0f} to {table['ratio'][-1] * 1e6:.0f} ppm",
-        "forces": f"{touch:.3g} to {force[-1]:.3g} N",
-        "half": f"{force[half]:.3f} N ({lower[half]:.3f} to {upper[half]:.3f})",
+        "forces": f"{range_text(touch, float(force[-1]))} N",
+        "half": f"{force[half]:.{places}f} N ({lower[half]:.{places}f} to {upper[half]:.{places}f})",
         "colour": str(table["verdict"]["colour"]),
         "conditions": "; ".join(map(str, table["conditions"])),
     }

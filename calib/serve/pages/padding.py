@@ -57,6 +57,7 @@ def _look(folder: Path, name: str) -> dict[str, Any]:
         "step": step,
         "force": force,
         "upper": _UPPER * 1e3,
+        "padding_step": viewing.PADDING_STEP * 1e3,
         "at": 5.0 if known is None else round(known.best * 1e3, 2),
         "measured": largest_force(run.posterior),
         "verdict": run.verdict,
@@ -87,7 +88,7 @@ def _view(folder: Path, form: dict[str, str]) -> dict[str, object]:
     words = ["recommend", name, "--force", f"{force:.6g} N", "--padding", f"{_LOWER * 1e3:g} mm:{_UPPER * 1e3:g} mm"]
     if limits:
         words = ["recommend", name, "--spec", _spec_name(name)]
-    found = viewing.view_plain(land.view(force, limits, tolerance), limits)
+    found = viewing.view_plain(land, land.view(force, limits, tolerance), limits)
     return {**found, "most": most, "beyond": viewing.beyond_in_words(run, force), "command": typed(words)}
 
 

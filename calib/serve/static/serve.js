@@ -350,10 +350,18 @@ function lookAbout() {
   const nice = (most) => { const p = 10 ** (Math.floor(Math.log10(most)) - 1); return [1, 2, 2.5, 5, 10, 20].map((m) => m * p).find((s) => most / s <= 5); };
   const number = (value, digits = 3) => (value === null ? "not covered" : String(Number(value.toPrecision(digits))));
 
+  // As many decimals as the width of an interval deserves, two of its digits: the same for both ends and for what lies between.
+  const placesOf = (width) => (width > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(width)), 0), 9) : 3);
+
   // A finite number of draws shows no certainty.
   const percent = (p) => (p === null ? "not covered" : p > 0.99 ? "more than 99 %" : p < 0.01 ? "less than 1 %" : `${Math.round(100 * p)} %`);
 
-  function draw(target, bands, limits, top, label = number) {
+  const middle = (value, bands) => {
+    const width = bands.length === 5 ? between(bands[4], Number(at.value)) - between(bands[0], Number(at.value)) : 0;
+    return value === null ? "not covered" : value.toFixed(placesOf(width));
+  };
+
+  function draw(target, bands, limits, top, label = middle) {
     const h = view.thickness, last = h.at(-1);
     const most = top ?? Math.max(...bands.flat().filter((v) => v !== null), ...limits, 1e-9) * 1.06;
     const x = (v) => L + (v - h[0]) / (last - h[0]) * (W - L - 8), y = (v) => H - B - Math.min(v, most) / most * (H - B - T);
@@ -383,7 +391,7 @@ function lookAbout() {
     for (const v of limits) made.push(svg("line", { class: "limit", x1: L, x2: W - 8, y1: y(v), y2: y(v) }));
     const now = Number(at.value), value = between(bands.length === 5 ? bands[2] : bands[0], now);
     made.push(svg("line", { class: "mark", x1: x(now), x2: x(now), y1: T, y2: H - B }));
-    made.push(svg("text", { class: "now", x: Math.min(x(now) + 5, W - 104), y: T + 12 }, label(value)));
+    made.push(svg("text", { class: "now", x: Math.min(x(now) + 5, W - 104), y: T + 12 }, label(value, bands)));
     target.setAttribute("viewBox", `0 0 ${W} ${H}`);
     target.replaceChildren(...made);
   }
@@ -407,10 +415,12 @@ function lookAbout() {
     draw(one("#chart-conforming"), [view.conforming.map((p) => (p === null ? null : 100 * p))], [], 100, (v) => percent(v === null ? null : v / 100));
     const x = Number(at.value), band = (bands, unit) => {
       const [low, middle, high] = [0, 2, 4].map((k) => between(bands[k], x));
-      return middle === null ? "not covered by the model" : `${number(middle)} ${unit} (90 % between ${number(low)} and ${number(high)} ${unit})`;
+      if (middle === null) return "not covered by the model";
+      const [from, about, to] = [low, middle, high].map((v) => v.toFixed(placesOf(high - low)));
+      return `${about} ${unit} (90 % between ${from} and ${to} ${unit})`;
     };
-    const p = between(view.conforming, x), near = Math.round((x - view.thickness[0]) / (view.thickness[1] - view.thickness[0]));
-    const colour = view.colour[near], fails = view.limits.map((name, k) => [name, between(view.fails[k], x)]).filter(([, f]) => f > 0.005);
+    const p = between(view.conforming, x), near = Math.round((x - view.thickness[0]) / view.step);
+    const colour = view.light[near], fails = view.limits.map((name, k) => [name, between(view.fails[k], x)]).filter(([, f]) => f > 0.005);
     seen.setAttribute("aria-live", settled ? "polite" : "off");
     const covered = between(view.signal[2], x) !== null;
     seen.replaceChildren(

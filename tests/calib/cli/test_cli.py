@@ -585,7 +585,7 @@ def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_poste
     assert again.notes == ()
     assert load_recommendation(lab / "run") is None
     found = recommend_in(again, Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
-    assert found.posterior_sha256 == again.posterior_sha256
+    assert found.draws_sha256 == again.posterior.draws_sha256
     kept = load_recommendation(lab / "run")
     assert kept is not None
     np.testing.assert_array_equal(kept.probability, found.probability)

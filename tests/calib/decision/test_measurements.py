@@ -538,6 +538,6 @@ def test_a_specification_has_a_draft_and_a_record_that_a_report_reads(look: Look
     assert record["deciding"]["now"]["wrong_hold"] == pytest.approx(found.deciding.now.wrong_hold)
     assert record["ranked"][0]["decided"]["loss"] < record["deciding"]["now"]["loss"]
     assert next_from_json(text) == found.in_short
-    assert next_from_json(text, posterior_sha256="of another") is None
+    assert next_from_json(text, draws_sha256="of another") is None
     with pytest.raises(InputError, match="not what `calib next` has written"):
         next_from_json(text.replace("spec", "spex", 1))

@@ -127,7 +127,7 @@ def test_where_a_padding_that_is_not_covered_may_be_the_best_the_advice_is_amber
     assert r.border == ""
     (reason,) = (reason for reason in r.verdict.reasons if reason.gate == "coverage")
     assert reason.level == "amber"
-    assert "covers 1 to 4 mm of padding and not 0 to 0.9 mm" in reason.finding
+    assert "covers 1 to 4 mm of padding and not 0.0 to 0.9 mm" in reason.finding
     assert "below 2 N" in reason.action
     assert "with 1 to 4 mm of padding, all that the model covers between 0 and 4 mm at this force" in r.in_words
     assert r.sureness == "sure among those that the model covers, but see what speaks against it"
@@ -138,7 +138,7 @@ def test_paddings_that_are_not_covered_are_named_where_the_signal_has_fallen_off
 ) -> None:
     r = _recommend(_exact(make_posterior()), Hill(), 3.0, 0.0, 8e-3, n_thickness=41)
     assert not [reason for reason in r.verdict.reasons if reason.gate == "coverage"]
-    assert "between 0 and 8 mm (0 to 0.8 mm not covered by the model at this force)" in r.in_words
+    assert "between 0 and 8 mm (0.0 to 0.8 mm not covered by the model at this force)" in r.in_words
 
 
 def test_a_request_that_is_not_covered_at_all_names_the_range(make_posterior: MakePosterior) -> None:
@@ -225,7 +225,7 @@ def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None
     assert recommendation_to_json(again) == text
     assert again.verdict == r.verdict
     plain = json.loads(text)
-    assert (plain["kind"], plain["format"]) == ("recommendation", 4)
+    assert (plain["kind"], plain["format"]) == ("recommendation", 5)
     assert plain["change"][0][0] is None  # nothing that JSON does not know
     assert plain["best"] == r.best
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from calib.decision import Landscape, Requirement, landscape, recommend
+from calib.digits import span_text
 from calib.errors import InputError
 from calib.experiment import Limit
 from calib.sampling.posterior import Posterior
@@ -87,12 +88,30 @@ def test_no_press_is_advised_that_the_model_does_not_cover(make_posterior: Calla
             told = re.search(r"covers such padding up to ([\d.]+) N only: .* or no more than \1 N here", action)
             assert told is not None
             assert 0.98 * reach < float(told[1]) <= reach
-            assert f"padding that it covers at {_LOAD:g} N ({land.thickness[view.covered][0] * 1e3:.3g} to 4 mm)" in action
+            assert (
+                f"padding that it covers at {_LOAD:g} N ({span_text(land.thickness[view.covered][0] * 1e3, 4.0)} mm)" in action
+            )
     # What is advised instead is covered, and can be confirmed.
     thin = int(np.flatnonzero(~view.covered)[-1])
     less = land.view(float(np.floor(10 * land.reach[thin]) / 10))
     assert less.covered[thin]
     assert [reason.action.split()[0] for reason in less.verdict[thin].reasons] == ["Press"]
+
+
+def test_what_is_said_of_a_padding_between_those_that_are_tabulated_names_that_padding(
+    make_posterior: Callable[..., Posterior],
+) -> None:
+    land = landscape(make_posterior(), ClosedForm(), force=8.0, lower=0.0, upper=9e-3, n_thickness=37)
+    thickness = np.arange(1.3e-3, 9e-3, 0.05e-3)
+    asked = [
+        (at, reason.action)
+        for at, verdict in zip(thickness, land.verdicts(land.view(8.0), thickness), strict=True)
+        for reason in verdict.reasons
+        if reason.action.startswith("Press one pad")
+    ]
+    assert len(asked) > 50
+    for at, action in asked:
+        assert f"pad of about {at * 1e3:.2f} mm to 8 N" in action
 
 
 def test_a_load_that_is_not_tabulated_and_limits_that_are_not_told_are_refused_together(land: Landscape) -> None:

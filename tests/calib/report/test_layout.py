@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html.parser import HTMLParser
@@ -24,7 +24,7 @@ from matplotlib.text import Text
 from calib.catalogue import QUANTITIES
 from calib.checks import Reason, verdict_of
 from calib.checks.predictive import predict
-from calib.decision import Requirement, recommend, recommend_for
+from calib.decision import NextInShort, Requirement, ShortMeasurement, recommend, recommend_for
 from calib.digits import interval_text
 from calib.experiment import Instrument, Limit, Specification
 from calib.lab.quality.grade import Grade
@@ -121,6 +121,34 @@ def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
     return report_page(posterior, predictions, advice, posterior_sha256="ab" * 32, drawings=drawings)
 
 
+@pytest.fixture(scope="module")
+def page_with_next_steps(make_posterior: MakePosterior) -> str:
+    """A page of two specimens, with what to measure next, and pictures of the size that they have."""
+    posterior = make_posterior()
+    return _sheets_page(posterior, (), replace_advice=True)
+
+
+def _sheets_page(posterior: Posterior, reasons: Sequence[Reason], *, replace_advice: bool = False) -> str:
+    """A page whose pictures are blank, with an advice beyond the data and the reasons that are given."""
+    limits = (Limit("signal", "at_least", 0.05),)
+    spec = Specification(limits, (8.0,), upper=4e-3, steps=3, n_draw=50, modulus_spread=0.1)
+    wanted = Requirement(8.0, 0.0, 4e-3, n_thickness=13, n_draw=50)
+    advice = recommend_for(posterior, ClosedForm(), spec if replace_advice else wanted, seed=1, verdict=verdict_of(reasons))
+    predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
+    blank = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' width='460' height='430'%3E%3C/svg%3E"
+    drawings = {name: lambda: blank for name in plots_of_report(posterior, predictions, advice)}
+    some = (ShortMeasurement("press it once more", "modulus ±1 % instead of ±2 %", 0.28, 1.1, 15.0),)
+    return report_page(
+        posterior,
+        predictions,
+        advice,
+        verdict=verdict_of(reasons),
+        posterior_sha256="ab" * 32,
+        drawings=drawings,
+        next_steps=NextInShort("modulus", "Young's modulus", "It is known to 2 %.", some),
+    )
+
+
 def test_the_style_sheet_is_understood_here() -> None:
     assert {rule.medium for rule in RULES} == {"", "screen and (max-width: 700px)", "print"}
     assert len(RULES) == OF_ELEMENTS.count("{") - OF_ELEMENTS.count("@media") > 100
@@ -133,11 +161,15 @@ def test_every_table_moves_in_a_box_of_its_own(page: str) -> None:
     assert next(rule.says["overflow-x"] for rule in RULES if rule.selector == ".scroll") == "auto"
 
 
-def test_rows_that_are_stacked_on_a_phone_say_what_their_numbers_are(page: str) -> None:
-    cells = [(said, inside) for tag, said, inside in Tree(page).found if tag == "td" and "number" in said.get("class", "")]
-    stacked = [said for said, inside in cells if "table.stacked" in inside]
-    assert stacked
-    assert all(said.get("data-label") for said in stacked)
+def test_rows_that_are_stacked_on_a_phone_say_what_their_cells_are(page_with_next_steps: str) -> None:
+    rows = re.findall(r"<tr[ >].*?</tr>", page_with_next_steps, re.S)
+    stacked = [row for row in rows if "data-label" in row]
+    tables = re.findall(r'<table class="stacked.*?</table>', page_with_next_steps, re.S)
+    assert len(tables) >= 8
+    assert sum(len(re.findall("<tr><td", table)) for table in tables) == len(stacked)
+    for row in stacked:
+        _, *others = re.findall(r"<td[^>]*>", row)
+        assert all('data-label="' in cell and 'data-label=""' not in cell for cell in others), row
 
 
 @pytest.mark.parametrize("name", ["grid-template-columns", "width", "min-width"])
@@ -201,17 +233,6 @@ def test_the_first_sheet_has_verdict_numbers_signal_and_conditions(page: str) ->
     assert page.count('data-name="conformity"') == 1
 
 
-def test_the_first_sheet_ends_where_it_is_full_and_what_does_not_fit_leaves_no_empty_one_behind(
-    make_posterior: MakePosterior, undrawn: None
-) -> None:
-    assert next(rule.says["break-after"] for rule in RULES if rule.selector == ".signal.sheet") == "page"
-    posterior = make_posterior(n_specimen=1)
-    predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
-    for n, alone in ((2, True), (12, False)):
-        verdict = verdict_of([Reason(f"gate {k}", "amber", "found " * 9, "do this") for k in range(n)])
-        assert ('class="signal sheet"' in report_page(posterior, predictions, verdict=verdict)) == alone
-
-
 def tick_labels(axis: Axis) -> list[Text]:
     """The labels of an axis that are drawn, level."""
     low, high = sorted(axis.get_view_interval())
@@ -227,6 +248,16 @@ def test_labels_of_ticks_do_not_touch(page: str, drawn: dict[str, Figure]) -> No
         boxes = [(t.get_text(), t.get_window_extent()) for t in labels]
         touching = [(one, other) for (one, a), (other, b) in combinations(boxes, 2) if a.overlaps(b)]
         assert not touching, touching
+
+
+def test_labels_of_neighbouring_panels_keep_apart_wherever_their_ticks_lie(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    for share in np.linspace(0.9, 1.1, 12):
+        figure = prior_figure(replace(posterior, draws=posterior.draws * share))
+        FigureCanvasAgg(figure).draw()
+        rows = [[t.get_window_extent() for t in tick_labels(ax.xaxis)] for ax in figure.axes if ax.axison]
+        for left, right in zip(rows[::2], rows[1::2], strict=False):
+            assert right[0].x0 - left[-1].x1 > 1.2 * left[-1].height
 
 
 def test_panels_are_zoomed_to_the_posterior_and_state_the_prior(make_posterior: MakePosterior) -> None:
@@ -305,6 +336,46 @@ def test_a_browser_shows_the_page_as_wide_as_a_phone_and_prints_it_on_sheets_of_
     sheets = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
     assert {(round(float(w)), round(float(h))) for w, h in sheets} == {(595, 842)}
     assert 4 <= len(sheets) <= 12
+
+
+# As long as reasons are.
+REASONS = tuple(
+    Reason(
+        gate,
+        "amber",
+        "the modulus changes by 2.1 of its standard deviations where this is taken otherwise than the experiment says, so that "
+        "half of it rests on what was believed",
+        "Measure that quantity again by another way, or press with a second ball of another radius and calibrate with both",
+    )
+    for gate in ("prior sensitivity", "rate", "drift")
+)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
+@pytest.mark.parametrize("n_reason", [0, 1, 3])
+def test_what_one_must_know_stands_on_one_sheet_and_all_else_behind_it(
+    make_posterior: MakePosterior, tmp_path: Path, n_reason: int
+) -> None:
+    page = _sheets_page(make_posterior(), REASONS[:n_reason])
+    first, _, rest = page.partition('<section id="sweeps">')
+    whole = first + rest[rest.index("<footer") :]
+    sheet = first.partition('<div class="first">')[2]
+    wanted = ["verdict", "recommended padding at 8 N", "<i>E</i>", "<img", "padding thickness", "Holds only for"]
+    places = [sheet.index(word) for word in wanted]
+    assert places == sorted(places)
+    assert [sheet.index(f"<strong>{reason.gate}") > 0 for reason in REASONS[:n_reason]] == [True] * n_reason
+    without_footer = whole[: whole.index("<footer")] + "</main></body></html>"
+    assert _sheets(without_footer, tmp_path) == 1
+    # What follows, be it a line, does so on the next one.
+    assert _sheets(whole, tmp_path) == 2
+
+
+def _sheets(page: str, folder: Path) -> int:
+    """How many sheets a page is printed on."""
+    assert BROWSER is not None
+    (folder / "page.html").write_text(page, encoding="utf-8")
+    print_page(BROWSER, folder / "page.html", folder / "page.pdf")
+    return len(re.findall(rb"/MediaBox \[", (folder / "page.pdf").read_bytes()))
 
 
 PHONE_FRAME = """<!DOCTYPE html><iframe id="phone" style="width: 390px; height: 20000px; border: 0" src="page.html"></iframe>

@@ -56,9 +56,7 @@ def predictions(make_posterior: MakePosterior) -> tuple[Prediction, ...]:
 
 @pytest.fixture(scope="module")
 def recommendation(make_posterior: MakePosterior) -> Recommendation:
-    return recommend(
-        make_posterior(), FORWARD, Requirement(8.0, 0.0, 4e-3, n_thickness=13, n_draw=100), seed=1, posterior_sha256="aa"
-    )
+    return recommend(make_posterior(), FORWARD, Requirement(8.0, 0.0, 4e-3, n_thickness=13, n_draw=100), seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +138,7 @@ def test_every_picture_says_in_words_what_it_shows(page: str) -> None:
 def test_verdict_comes_first_with_numbers_units_and_padding(page: str) -> None:
     text = _text(page)
     assert text.index("Green: the numbers can be used.") < text.index("0.6200 ± 0.0040 MPa") < text.index("Parameters Mean")
-    assert "mm of padding. At 8 N it gives a capacitance change" in text[: text.index("Parameters Mean")]
+    assert "At 8 N it gives a capacitance change" in text[: text.index("Parameters Mean")]
 
 
 def test_every_value_on_the_page_is_rounded_by_its_uncertainty(page: str) -> None:
@@ -176,7 +174,7 @@ def test_report_names_files_hashes_excluded_rows_command_and_seed(page: str) -> 
         "300 unloading branch, 12 empty cell",
         "calib calibrate experiment.toml -o RUN --seed 7",
     )
-    assert all(w in text for w in (*wanted, "seed 7", "version of numpy"))
+    assert all(w in text for w in (*wanted, "seed 7", "versions numpy "))
 
 
 def test_report_states_what_outweighs_the_noise(make_posterior: MakePosterior, page: str) -> None:
@@ -451,8 +449,8 @@ def test_a_recommendation_from_another_posterior_is_marked_as_old(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
 ) -> None:
     page = report_page(make_posterior(n_specimen=1), predictions[:1], recommendation, posterior_sha256="bb")
-    assert "advice was made from an earlier posterior" in _text(page.partition("<nav>")[0])
-    assert "recommendation was made from an earlier posterior" in _text(page.partition("<nav>")[2])
+    assert "advice was made from other draws" in _text(page.partition("<nav>")[0])
+    assert "recommendation was made from other draws" in _text(page.partition("<nav>")[2])
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import html
 import json
+import math
 import os
 import shlex
 import shutil
@@ -17,21 +18,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_run import KILLED, QUICK, at_operation, by_hand, in_a_process, make_lab, quick
+from small_run import BLOCK, KILLED, QUICK, at_operation, by_hand, in_a_process, in_small_steps, make_lab, quick
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.cli.certificate import how_to_add
+from calib.decision import Requirement
 from calib.errors import InputError
 from calib.experiment import Laboratory, read_experiment, shipped
 from calib.lab import Sweep
+from calib.problem import Problem
 from calib.records import exact_record_from_text, record_to_text
 from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, lines_to_add, missed_in
 from calib.runs import certify_in, load_run, recommend_in, report_in, verify
 from calib.runs.folder import Run
 from calib.runs.listing import CERTIFICATES, CERTIFIED, SIGNATURE, Listing, read_listing, write_listing
 from calib.runs.ownership import owned
-from calib.sampling import Departure, FirstEstimate, Posterior
+from calib.runs.page import page_of
+from calib.sampling import Departure, FirstEstimate, Gate, Posterior, sample
 from calib.signature import SecretKey, new_key, public_key_text, secret_key_text, sign
 
 pytestmark = pytest.mark.usefixtures("all_undrawn")
@@ -395,10 +399,65 @@ def test_every_single_byte_counts(run: Path) -> None:
     for _ in range(N_CHANGE):
         for name, content in whole.items():
             (run / name).write_bytes(_flipped(content, int(rng.integers(len(content)))))
-        assert _wrong(run) == {**dict.fromkeys(FILES, "changed"), "forward model": "missing"}  # told by the posterior alone
+        assert _wrong(run) == {**dict.fromkeys(FILES, "changed"), "forward model": "not checked"}  # told by the posterior alone
     for name, content in whole.items():
         (run / name).write_bytes(content)
     assert _wrong(run, KEY) == {}
+
+
+@pytest.mark.parametrize("name", ["posterior.nc", "report.html", "summary.csv"])
+def test_of_a_changed_file_nothing_else_is_accused_and_nothing_is_certified(run: Path, name: str) -> None:
+    content = (run / name).read_bytes()
+    (run / name).write_bytes(_flipped(content, len(content) // 2))
+    told = {f.name: f for f in verify(run) if f.state != "fine" and f.name != SIGNATURE}
+    assert {n for n, f in told.items() if f.wrong} == {name}
+    assert (told["certificate.json"].state, told["certificate.json"].note) == (
+        "not checked",
+        f"it is of the {name} that the run wrote, which is not the one that is here: put that back",
+    )
+    assert ("forward model" in told) == (name == "posterior.nc")
+    done = _command("verify", run)
+    assert done.exit_code == 3, done.output
+    assert f"{name} is not as written" in " ".join(done.stderr.split())
+    assert "issue it again" not in done.output
+    before = (run / "certificate.json").read_bytes()
+    refused = _command("certificate", run)
+    assert refused.exit_code == 2, refused.output
+    assert name in " ".join(refused.stderr.split())
+    assert (run / "certificate.json").read_bytes() == before
+
+
+def test_an_advice_belongs_to_its_draws_whatever_the_experiment_says_since(tmp_path: Path) -> None:
+    lab = _lab(tmp_path, "")
+    given = "calib recommend run --force '2 N' --padding '0.5 mm:3 mm'"
+    run = quick(lab, seed=4, command="calib calibrate experiment.toml -o run").run
+    recommend_in(run, Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1, command=given)
+    with (lab / "experiment.toml").open("a") as file:
+        file.write(WHO)
+    quick(lab, resume=True, stages=replace(QUICK, sample=_no_step_more, page=page_of))
+    again = load_run(lab / "run")
+    assert again.posterior_sha256 != run.posterior_sha256
+    assert again.posterior.draws_sha256 == run.posterior.draws_sha256
+    assert "made from other draws" not in again.report.read_text(encoding="utf-8")
+    certify_in(again)
+    assert _wrong(lab / "run") == {}
+    # Of a run that was sampled further it is none any more.
+    quick(lab, resume=True, stages=replace(QUICK, page=page_of))
+    assert "made from other draws" in (lab / "run" / "report.html").read_text(encoding="utf-8")
+    assert _wrong(lab / "run") == {"recommendation.json": "stale", "certificate.json": "stale"}
+    done = _command("verify", lab / "run")
+    assert f"run it again, `{given}`" in done.stdout
+    assert "recommendation.json and certificate.json are of what the run was before" in " ".join(done.stderr.split())
+    with pytest.raises(InputError, match=r"made from other draws .* nothing is certified\. Run it again, `calib recommend run"):
+        certify_in(load_run(lab / "run"))
+
+
+def _no_step_more(problem: Problem, *, checkpoint: Path, **options: Any) -> Posterior:
+    """What is kept, as it is."""
+    n_block = len(list(checkpoint.glob("ensemble-0-0*.npz")))
+    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
+    with in_small_steps():
+        return sample(problem, checkpoint=checkpoint, **{**options, **limits})
 
 
 @pytest.mark.parametrize("name", [*FILES, "summary.json"])
@@ -533,8 +592,6 @@ def test_a_red_run_cannot_be_made_to_look_usable(run: Path) -> None:
 
 
 def test_a_certificate_of_what_was_written_anew_since_is_stale(run: Path) -> None:
-    from calib.decision import Requirement
-
     recommend_in(load_run(run), Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
     (run / "report.html").write_text("<p>another page of the same run</p>")
     _relist(run)

@@ -44,15 +44,16 @@ def test_a_page_shows_what_was_asked_of_its_posterior_and_nothing_that_is_of_ano
     tmp_path: Path, posterior: Posterior
 ) -> None:
     bench = Bench(balls=(3e-3,), paddings=(), without=frozenset({"repeat", "force", "specimen"}))
-    asked = next_measurements(posterior, FORWARD, bench=bench, seed=1, posterior_sha256="aa", verdict=Verdict())
+    asked = next_measurements(posterior, FORWARD, bench=bench, seed=1, verdict=Verdict())
     path = tmp_path / "next.json"
     path.write_text(next_to_json(asked), encoding="utf-8")
     assert next_steps_of(_run(tmp_path, posterior)) == asked.in_short
-    of_another = next_steps_of(_run(tmp_path, posterior, "bb"))
+    assert next_steps_of(_run(tmp_path, posterior, "bb")) == asked.in_short  # another file of the same draws
+    of_another = next_steps_of(_run(tmp_path, replace(posterior, draws=posterior.draws[:, :-1])))
     assert of_another is not None
     assert of_another != asked.in_short
     path.write_text(path.read_text(encoding="utf-8").replace("3 mm", "4 mm"), encoding="utf-8")
-    assert next_steps_of(_run(tmp_path, posterior)) == of_another
+    assert next_steps_of(_run(tmp_path, posterior)) not in (None, asked.in_short)
 
 
 def test_of_a_red_run_nothing_is_worked_out_and_of_one_of_many_unknowns_it_is_said_why(

@@ -83,6 +83,13 @@ def test_a_file_that_is_refused_says_why_and_is_read_once_it_is_corrected(tmp_pa
     write_press(space.folder / "lab" / "press.csv")
     page = let_in(space)
     assert "not understood" in page.get("/files/row?name=lab/press.csv").text
+    # Settings and exports among lab files are none, and no fault.
+    (space.folder / "lab" / "settings.json").write_text('{"kind": "force tables", "gain": 1}', encoding="utf-8")
+    for where in ("/files/row", "/file"):
+        said = page.get(f"{where}?name=lab/settings.json").text
+        assert "no lab file" in said
+        assert "not understood" not in said
+        assert "level red" not in said
     assert "has no unit" in page.get("/file?name=lab/press.csv").text
     assert page.get("/file/picture.png?name=lab/press.csv").status_code == 422
     corrected = page.post(
@@ -511,6 +518,7 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
     middle = [(a, b) for a, b in zip(low["signal"][2], high["signal"][2], strict=True) if a is not None and b is not None]
     assert middle
     assert all(a < b for a, b in middle)
+    assert len(high["reason"]) == len(high["light"]) == 181  # one for every place of the slider
     limited = built.page.get(
         "/padding/view", params={"name": "run", "force": "4 N", "stroke": "0.5 mm", "tolerance": "0.1 mm"}
     ).json()
