@@ -47,6 +47,8 @@ class Family:
     adds_to : name of the family, on the same base, whose surrogate its own adds to; empty for one that stands by itself.
     fade : R d/h_s^2 at which half is left of what it adds, see `coordinates.fade_of_family`; 0 if that does not fade towards
         first touch. No other family adds to one that fades.
+    signed : whether the capacitance may fall, so that its change has no logarithm: what the family adds is then a share of the
+        change of the family that it adds to. No other family adds to such a one, and it does not fade.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Family:
     own: tuple[Group, ...] = ()
     adds_to: str = ""
     fade: float = 0.0
+    signed: bool = False
 
     @property
     def signature(self) -> str:
@@ -63,7 +66,8 @@ class Family:
         ends = {group.parameter: group.end for group in self.own}
         first = f"{ends.pop(STIFFENING.parameter, 0.0)!r} False "  # a ball that sticks had a family of its own once
         others = [*([self.base] if self.base != "bonded" else []), *(f"{name} {end!r}" for name, end in ends.items())]
-        return first + "".join(f"{word} " for word in [*others, *([f"fade {self.fade!r}"] if self.fade else [])])
+        shaped = [*([f"fade {self.fade!r}"] if self.fade else []), *(["signed"] if self.signed else [])]
+        return first + "".join(f"{word} " for word in [*others, *shaped])
 
     def serves(self, design: Design) -> BoolArray:
         """Which draws of a batch have nothing that the family has not, (n_draw,); see `refusal`."""
@@ -144,6 +148,7 @@ FAMILIES = MappingProxyType(
                 Recipe(4096, _SMALL, 40_000),
                 own=(POISSON_RATIO,),
                 adds_to="neo-hookean",
+                signed=True,
             ),
         )
     }

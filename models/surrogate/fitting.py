@@ -33,6 +33,7 @@ from models.surrogate.coordinates import (
 from models.surrogate.curve_fit import curve, curves_along, train_curves
 from models.surrogate.domain import COMPRESSION, DEPTH, PADDING, PATH, SENSOR, inside
 from models.surrogate.error_fit import learn_error
+from models.surrogate.families import Family
 from models.surrogate.network import Network, least_squares, mean_network, train_network
 from models.surrogate.pressed import CHANGE_SCALE
 from models.surrogate.surrogate import Surrogate
@@ -68,6 +69,9 @@ _MANY_PATHS = 4096
 
 # A change below zero by no more than this share of `CHANGE_SCALE` is rounding.
 _ROUNDING = 0.1
+
+# How much more a place weighs at most where a signed change is small beside that of the base.
+_MOST_WEIGHT = 4.0
 
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
@@ -124,7 +128,7 @@ def fit_surrogate(
         return None if progress is None else lambda done, total: progress(name, done, total)
 
     # Runs first, then every electrode of every run.
-    groups, log_change, share_of_change = _electric_curves(data)
+    groups, change, closed = _electric_curves(data)
     plain = electric_features(groups)
     electric = with_own(plain, groups, data.family)
     features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
@@ -159,17 +163,19 @@ def fit_surrogate(
         ],
         axis=1,
     )
+    log_below = np.log(closed)
     if base is not None:
         for factor, coefficients in zip((np.ones_like(s), faded), base.coefficients(groups, plain), strict=True):
             if coefficients is None:
                 continue
             below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
             mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
-            log_change = log_change - factor[rows_of] * curve(below[:, 2], s[rows_of], 0)
+            log_below = log_below + factor[rows_of] * curve(below[:, 2], s[rows_of], 0)
+    electrical, share_of_change, weight_of_change = _to_learn(change, log_below, data.family)
     # The first steps of coarse paths are mostly noise.
     trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
     weight = np.array([[1.0], [0.3]]) * trusted[:, None]
-    weight_of_change = (share_of_change * trusted[rows_of])[:, None]
+    weight_of_change = (weight_of_change * trusted[rows_of])[:, None]
     # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
     second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
     if coarse is not None:
@@ -195,7 +201,7 @@ def fit_surrogate(
     learn_capacitance = partial(
         train_curves,
         electric,
-        curves_along(s, log_change[:, None], weight_of_change, 0, fade),
+        curves_along(s, electrical[:, None], weight_of_change, 0, fade),
         fitted[rows_of],
         share[rows_of],
         None if second_half is None else second_half[rows_of],
@@ -216,7 +222,7 @@ def fit_surrogate(
     change = share[rows_of[rows], None] * capacitance(electric[rows])
     missed_force = mechanical[out, 0] - faded[out] * curve(force, s_out, 1)
     missed_change = share_of_change[rows] * (
-        log_change[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
+        electrical[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
     force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
@@ -255,7 +261,9 @@ def fit_surrogate(
 
 
 def _falls(data: TrainingSet) -> BoolArray:
-    """Along which paths (n_run,) the capacitance falls below that at rest, by more than rounding."""
+    """Along which paths (n_run,) the capacitance falls below that at rest, by more than rounding, where it cannot be fitted."""
+    if data.family.signed:
+        return np.zeros(len(data.groups), dtype=bool)
     return np.asarray(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3)))
 
 
@@ -269,20 +277,31 @@ def _emphasis(groups: FloatArray) -> FloatArray:
 
 
 def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Every t_d/h_s and a_e/a of every run: groups (n, 7), log of C/C0 - 1 over its closed form, and weights, (n, n_depth).
-
-    The weight is the share of C/C0 - 1 in itself + delta: changes that count as nothing are not chased.
-    """
+    """Every t_d/h_s and a_e/a of every run: groups (n, 7), C/C0 - 1 and its closed form, (n, n_depth)."""
     gap, width = (x.ravel() for x in np.meshgrid(DIELECTRIC_POINTS, ELECTRODE_POINTS, indexing="ij"))
     n_run = len(data.groups)
     own = np.tile(np.stack([gap, width], axis=1), (n_run, 1))
     groups = np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
     depth = np.repeat(data.depth, _N_ELECTRIC, axis=0)
     change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
-    change = np.maximum(change, 1e-12)
     support = data.family.base
-    closed = closed_change(groups, depth, closed_force(groups, depth, support), support)
-    return groups, np.log(change / closed), change / (change + CHANGE_SCALE)
+    return groups, change, closed_change(groups, depth, closed_force(groups, depth, support), support)
+
+
+def _to_learn(change: FloatArray, log_below: FloatArray, family: Family) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What the polynomials of C/C0 - 1 are to follow beyond what is below, how much its error counts, and its weight.
+
+    Its logarithm, whose error counts by the share of the change in itself + delta: what counts as nothing is not chased. Where
+    changes are signed, by how much they differ from those of the base as a share of these, which counts likewise, and weighs
+    more where the change is small beside that of the base.
+    """
+    if not family.signed:
+        size = np.maximum(change, 1e-12)
+        counts = size / (size + CHANGE_SCALE)
+        return np.log(size) - log_below, counts, counts
+    below = np.exp(log_below)
+    weight = np.minimum(below / (np.abs(change) + CHANGE_SCALE), _MOST_WEIGHT)
+    return change / below - 1, below / (below + CHANGE_SCALE), weight
 
 
 def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:

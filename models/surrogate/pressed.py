@@ -36,7 +36,8 @@ class SurrogateCurves:
     ----------
     limit : [m], (n_draw,), 0 where the design is not covered.
     shapes : the curves without units; harmless ones where the design is not covered.
-    error_terms : of the logarithms of the errors' sd, of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS).
+    error_terms : of the logarithms of the errors' sd, of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS);
+        where that is signed, over the base's + delta.
     radius, force_scale, rest_capacitance : R [m], mu R^2 [N] and C0 [F], (n_draw,).
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     """
@@ -84,11 +85,11 @@ class SurrogateCurves:
             if "contact radius" in columns:
                 columns["contact radius"][part] = some.shapes.contact_radius(at) * (some.radius[:, None] * touching)
             if "capacitance" in columns:
-                change, c0 = some.shapes.change(at), some.rest_capacitance[:, None]
+                (change, scale), c0 = some.shapes.change_and_scale(at), some.rest_capacitance[:, None]
                 columns["capacitance"][part] = c0 + change * (c0 * touching)
                 # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
                 known = np.minimum(at.s / PATH[0], 1.0) * (c0 * touching)
-                sd = (change + CHANGE_SCALE) * some._relative_sd(_CAPACITANCE, at) * known
+                sd = (scale + CHANGE_SCALE) * some._relative_sd(_CAPACITANCE, at) * known
                 _spread(self.capacitance_modes, sd, at, errors["capacitance"][:, part])
         nothing = np.broadcast_to(np.nan, (n_draw, n_depth))
         none = np.empty((0, n_draw, n_depth))

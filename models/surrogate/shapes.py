@@ -44,7 +44,8 @@ class Shapes:
     groups : (n_draw, n_group), inside the range.
     limit, reach : largest depth covered and the scale of depth, over R, (n_draw,).
     coefficients : of the polynomials p_F, p_a and p_C, (n_draw, 3, N_DEPTH_TERMS).
-    fading : of what is added to these, and fades towards first touch, (n_draw, 3, N_DEPTH_TERMS); None if nothing does.
+    fading : of what is added to these, and fades towards first touch, (n_draw, 3, N_DEPTH_TERMS); None if nothing does. In a
+        family whose change is signed p_C is that of its base, and this holds what is added as a share of its change.
     family : of the designs, which says what closed forms the polynomials correct, and what fades how.
     """
 
@@ -63,7 +64,7 @@ class Shapes:
     def places(self, depth: Values) -> Places:
         """Work out what all columns need at depths over R, positive, (n_draw, n_depth)."""
         s = np.sqrt(depth / self.reach[:, None])
-        fade = None if self.fading is None else fade_of_family(self.groups, depth, self.family)
+        fade = None if self.fading is None or self.family.signed else fade_of_family(self.groups, depth, self.family)
         return Places(depth, s, depth_terms(s), closed_force(self.groups, depth, self.family.base), fade)
 
     def force(self, at: Places) -> Values:
@@ -76,8 +77,15 @@ class Shapes:
 
     def change(self, at: Places) -> Values:
         """C/C0 - 1, (n_draw, n_depth)."""
+        return self.change_and_scale(at)[0]
+
+    def change_and_scale(self, at: Places) -> tuple[Values, Values]:
+        """C/C0 - 1 and what its error is a share of, (n_draw, n_depth) each: itself, or the base's where it is signed."""
         closed = closed_change(self.groups, at.depth, at.closed, self.family.base)
-        return np.asarray(closed * np.exp(self._polynomial(2, at)))
+        change = np.asarray(closed * np.exp(self._polynomial(2, at)))
+        if not self.family.signed or self.fading is None:
+            return change, change
+        return np.asarray(change * (1 + (self.fading[:, 2:] @ at.terms)[:, 0])), change
 
     def _polynomial(self, which: int, at: Places) -> Values:
         value = (self.coefficients[:, which : which + 1] @ at.terms)[:, 0]

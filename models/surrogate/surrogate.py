@@ -48,9 +48,10 @@ from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
 from models.surrogate.shapes import Shapes
 
 # Of the file, and of the formulas that turn its networks into curves: to be raised when either changes. What fades towards
-# first touch, and means of several networks, came after all others, whose files and identities stayed as they were.
+# first touch, means of several networks, and signed changes came after all others, whose files and identities stayed.
 _FORMAT = 3
 _FORMAT_WITH_FADE = 4
+_FORMAT_SIGNED = 5
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
@@ -142,7 +143,7 @@ class Surrogate:
         Returns
         -------
         Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS), and, in a family that fades, of what is added to these and
-        fades, of the same shape; None in others.
+        fades, or in one whose change is signed of the share that is added to it, of the same shape; None in others.
         """
         mechanics = self.mechanics(with_own(features[:, :N_MECHANICAL], groups, self.family))
         capacitance = self.capacitance(with_own(features, groups, self.family))
@@ -151,6 +152,9 @@ class Surrogate:
             return own, None
         below, fading = self.base.coefficients(self._of_base(groups), features)
         added = np.asarray(share_of_family(groups, self.family)[:, None] * own)
+        if self.family.signed:
+            of_change = np.arange(added.shape[1]) >= mechanics.shape[1]
+            return np.asarray(below + np.where(of_change, 0.0, added)), np.where(of_change, added, 0.0)
         if not self.family.fade:
             return np.asarray(below + added), None
         return below, added if fading is None else np.asarray(fading + added)
@@ -263,6 +267,8 @@ class Surrogate:
 
     @property
     def _format(self) -> int:
+        if self.family.signed:
+            return _FORMAT_SIGNED
         averaged = any(getattr(self, name).members > 1 for name in _NETWORKS)
         return _FORMAT_WITH_FADE if averaged or self.family.fade else _FORMAT
 
@@ -357,7 +363,9 @@ def load_surrogate(path: Path | str | None = None, family: Family = NEO_HOOKEAN)
 
 
 def _formats(family: str) -> tuple[int, ...]:
-    """Formats that are read of a family: none of before it faded."""
+    """Formats that are read of a family: none of before it faded, or had a signed change."""
+    if family in FAMILIES and FAMILIES[family].signed:
+        return (_FORMAT_SIGNED,)
     fades = family in FAMILIES and FAMILIES[family].fade
     return (_FORMAT_WITH_FADE,) if fades else (_FORMAT, _FORMAT_WITH_FADE)
 

@@ -326,6 +326,27 @@ def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact: Surrogate,
         exact.respond(elsewhere, depth)
 
 
+def test_over_a_foam_the_capacitance_may_fall_and_the_surrogate_knows_its_error_there(exact: Surrogate) -> None:
+    family = FAMILIES["foam"]
+    data = synthetic_training(256, 0.0, family=family)
+    depth = 0.55 * data.groups[:, :2].sum(axis=1)[:, None] * PATH**2
+    # Down to half of the base's change below zero, and up to it again: what a sensor on a foam of ratio 0 does.
+    share = share_of_family(data.groups, family)[:, None]
+    factor = 1 - share * (1.5 - 1.2 * PATH)
+    change = data.capacitance * stiffer(data.groups, depth, PATH, family)[:, :, None, None] * factor[:, :, None, None]
+    fitted = fit_small(replace(data, capacitance=change), steps=800, base=exact)
+    plain = design_from(PAPER)
+    places = np.array([0.2, 0.3, 0.5, 0.9])
+    depth = 0.55 * plain.total_thickness * places**2
+    base, found = exact.respond(plain, depth), fitted.respond(of_family(family, 1.0), depth)
+    expected = base.capacitance_change * (1 - (1.5 - 1.2 * places))
+    assert expected[0] < 0
+    off = np.abs(found.capacitance_change - expected)
+    assert np.all(off < 0.05 * base.capacitance_change)
+    sd = np.linalg.norm(found.capacitance_error, axis=-1) / found.rest_capacitance
+    assert np.all((sd > 0) & (sd < 0.2 * base.capacitance_change))
+
+
 def test_the_derivative_of_what_a_family_has_of_its_own_is_the_difference(added: Surrogate) -> None:
     depth = np.array([0.2e-3, 0.5e-3])
     for group in added.family.own:
