@@ -2,10 +2,10 @@
 
 A lab is one specimen as the shipped experiment has them, its unknowns drawn from their priors, its curves by the finite
 elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than
-the sensor, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one silicone`) with
-one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of the signal at
-10 N on the padding that is recommended, how far the modulus is off, and how many calibrations converged. With -o labs are kept,
-a line of JSON each, and those that are there are not repeated.
+the sensor, or a foam, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one
+silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of
+the signal at 10 N (on a foam 3 N) on the padding that is recommended, how far the modulus is off, and how many calibrations
+converged. With -o labs are kept, a line of JSON each, and those that are there are not repeated.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from calib.problem.synthetic import synthetic_sweep
 from calib.sampling import sample
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
-from models.sensor import design_from
+from models.sensor import INCOMPRESSIBLE, design_from
 from models.threads import one_thread
 
-#: Force [N] at which the signal counts, and the paddings [m] to choose from.
-FORCE, PADDINGS = 10.0, (0.5e-3, 6e-3)
+#: Force [N] at which the signal counts, on a foam, which a ball presses flat sooner, and the paddings [m] to choose from.
+FORCE, FORCE_ON_FOAM, PADDINGS = 10.0, 3.0, (0.5e-3, 6e-3)
 _ANY_FRICTION = {"uniform": [0, 0.6]}
 
 
@@ -45,16 +45,22 @@ class Kind:
     ----------
     ratio : of the padding's modulus to the sensor's.
     friction, slippery : of the ball and the base.
+    poisson_ratio : of the padding.
     told : attributes of the experiment that are changed, and priors that are added, under "priors".
     """
 
     ratio: float = 1.0
     friction: float = 0.0
     slippery: bool = False
+    poisson_ratio: float = INCOMPRESSIBLE
     told: Mapping[str, Any] = field(default_factory=dict)
 
 
 _OWN: Mapping[str, Any] = {"padding_material": "own", "priors": {"padding_young_modulus": {"lognormal": ["0.7 MPa", 1.6]}}}
+_FOAM: Mapping[str, Any] = {
+    "padding_material": "foam",
+    "priors": {"padding_young_modulus": {"lognormal": ["0.35 MPa", 1.6]}, "padding_poisson_ratio": {"uniform": [0, 0.5]}},
+}
 _RUBS: Mapping[str, Any] = {"priors": {"friction_coefficient": _ANY_FRICTION}}
 #: What can be planted, by name.
 KINDS: Mapping[str, Kind] = {
@@ -62,6 +68,8 @@ KINDS: Mapping[str, Kind] = {
     "padding 0.7": Kind(ratio=0.7, told=_OWN),
     "padding 1.3": Kind(ratio=1.3, told=_OWN),
     "padding 0.8, as one silicone": Kind(ratio=0.8),
+    **{f"foam {nu:g}": Kind(ratio=0.5, poisson_ratio=nu, told=_FOAM) for nu in (0.1, 0.3, 0.45)},
+    "foam 0.3, as incompressible": Kind(ratio=0.5, poisson_ratio=0.3, told=_OWN),
     "slippery": Kind(slippery=True, told={"base": "slippery"}),
     "slippery, as bonded": Kind(slippery=True),
     "friction 0.3, as none": Kind(friction=0.3),
@@ -89,6 +97,7 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     rng = np.random.default_rng([seed, 20190304])
     truth, rig = usual_lab(experiment, rng, 1.6)
     truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
+    truth["padding_poisson_ratio"] = kind.poisson_ratio
     design = design_from(truth, friction_coefficient=kind.friction, base="slippery" if kind.slippery else "bonded")
     specimen = experiment.specimens[0].name
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)
@@ -97,10 +106,11 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
     found = posterior.draws.reshape(-1, len(problem.names))
     modulus = found[:, problem.names.index("young_modulus")]
-    best = recommend(posterior, forward, Requirement(FORCE, *PADDINGS, n_thickness=23), seed=seed)
+    force = FORCE_ON_FOAM if kind.poisson_ratio < INCOMPRESSIBLE else FORCE
+    best = recommend(posterior, forward, Requirement(force, *PADDINGS, n_thickness=23), seed=seed)
     built = replace(design, padding=replace(design.padding, thickness=best.best))
     try:
-        signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([FORCE])).capacitance[0])
+        signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([force])).capacitance[0])
         change = signal / float(np.asarray(built.rest_capacitance)) - 1
     except (OutOfRangeError, ConvergenceError):
         change = math.nan
