@@ -145,7 +145,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "foam",
                 "neo-Hookean sensor on compressible neo-Hookean padding, bonded base, frictionless sphere",
-                Recipe(4096, _AVERAGED, 10_000, members=3),
+                Recipe(4096, _AVERAGED, 30_000, members=3),
                 own=(POISSON_RATIO,),
                 adds_to="neo-hookean",
                 signed=True,

@@ -28,7 +28,7 @@ from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray
-from models.surrogate import load_surrogate
+from models.surrogate import FAMILIES, load_surrogate
 
 MakePosterior = Callable[..., Posterior]
 
@@ -243,14 +243,30 @@ def test_too_few_draws_are_no_answer(posterior: Posterior) -> None:
         _conform(one, Limit("stroke", "at_most", 1e-2))
 
 
+_MATERIALS = (CandidateMaterial("foam", 0.4e6, 0.3), CandidateMaterial("soft", LogNormal(0.4e6, 1.05)))
+
+
 def test_materials_that_no_surrogate_serves_are_left_out_with_the_reason(make_posterior: MakePosterior) -> None:
-    foam, soft = CandidateMaterial("foam", 0.2e6, 0.3), CandidateMaterial("soft", LogNormal(0.4e6, 1.05))
-    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), materials=(foam, soft), n_draw=60, steps=5)
-    c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    posterior = make_posterior()
+    slides = replace(posterior, experiment=replace(posterior.experiment, base="slippery"))
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), materials=_MATERIALS, n_draw=60, steps=5)
+    c = conform(slides, load_surrogate(None, FAMILIES["slippery"]), spec, seed=1, verdict=Verdict())
     assert {b.name for b in c.built if not b.left_out} == {"as measured", "padding of soft"}
-    assert c.unserved_in_words[0].startswith("padding of foam: no surrogate of the family foam")
+    assert c.unserved_in_words[0].startswith("padding of foam: no surrogate serves it: the slippery surrogate is trained for")
     stroke = {b.name: b.stroke[2, -1] for b in c.built}
     assert stroke["padding of soft"] > 1.1 * stroke["as measured"]
+
+
+def test_a_foam_of_the_same_modulus_gives_way_more_and_signals_less(make_posterior: MakePosterior) -> None:
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), materials=_MATERIALS, n_draw=60, steps=5)
+    c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    assert not c.unserved_in_words
+    built = {b.name: b for b in c.built}
+    foam, soft = built["padding of foam"], built["padding of soft"]
+    covered = np.isfinite(foam.stroke[2]) & np.isfinite(soft.stroke[2])
+    assert covered.any()
+    assert np.all(foam.stroke[2][covered] > soft.stroke[2][covered])
+    assert np.all(foam.signal[2][covered] < soft.signal[2][covered])
 
 
 def test_balls_beyond_the_models_range_are_refused_with_it(make_posterior: MakePosterior) -> None:
