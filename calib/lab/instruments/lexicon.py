@@ -26,7 +26,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "meettijd | czas | czas próby | czas badania | godzina | čas | tid | süre",
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
-                "試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
+                "clock | 試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
             ),
             "displacement": (
                 "extension | displacement | compressive extension | compressive displacement | crosshead",
@@ -122,6 +122,7 @@ ONLY_WITH_UNIT = frozenset(
     name.strip()
     for name in [
         "s ",
+        " clock ",
         " h ",
         " p ",
         " δ ",
@@ -262,8 +263,25 @@ VALIDITY: Mapping[str, frozenset[str]] = MappingProxyType(
         ),
     }
 )
-#: Words of a status that say that a row is not good.
-BAD_ROW = _set("fault error fail failed failure invalid overload overrun overflow alarm bad fehler ungültig erreur 错误 异常")
+#: Words of a status or a remark that say that a row is not good.
+BAD_ROW = _set(
+    "fault error err fail failed failure invalid overload overrun overrange overflow over ol alarm bad poor saturated "
+    "saturation sat clipped clipping outlier spike glitch artefact artifact reject rejected discard discarded fehler ungültig "
+    "schlecht ausreißer erreur 错误 异常"
+)
+#: Words of a name whose column marks rows that are not good, and of one that marks the good ones.
+MARKS_BAD = _set(
+    "exclude excluded exclusion skip skipped bad outlier outliers reject rejected overload overloaded overrange saturated "
+    "saturation clipped clipping overflow masked mask artefact artifact spike glitch discard discarded ignore ignored remove "
+    "removed invalid ausreißer ungültig verworfen aberrant exclu rechazado scarto"
+)
+MARKS_GOOD = _set("ok use usable keep good accept accepted include included valid quality qualität qualité calidad qualità gut")
+#: Words of a name beside these that leave it a mark, and of one whose cells may say that a row is not good.
+BESIDE_MARK = _set("is row data point reading force load capacitance flag rows the lcr sensor sample")
+SAYS_OF_ROW = _set("status flag flags remark remarks comment comments note notes state quality bemerkung kommentar limit range")
+#: What a cell says of a row that is meant, and of one that is not.
+YES = _set("1 true yes y x t ja j oui o sí si s tak wahr vrai vero hi high lo low on + * ! 是")
+NO = _set("0 false no n f ng nok nein non nie falsch faux falso - bad poor invalid fail failed reject rejected schlecht 否")
 #: Words by which a testing machine says what it does, in a column of its status.
 OF_TESTERS = _set(
     "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "

@@ -20,7 +20,7 @@ _AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)
 _AXIS = re.compile(r"^(?:(?P<name>.+?)[ -]?(?P<axis>[xyz])|(?P<first>[xyz])[ -](?P<rest>.+))$")
 # A channel by its number only, whose unit says what it measures.
 _CHANNEL = re.compile(
-    r"^(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
+    r"^(?!s[de]$)(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
     r"[ #.-]*(?P<index>\d{1,3}|[a-f])$"
 )
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".

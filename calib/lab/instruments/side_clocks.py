@@ -12,7 +12,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import difference, readings
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, lab_factor
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import words
 
 _MEASURED = ("displacement", "force", "capacitance")
@@ -62,7 +62,7 @@ def blocks_of_clocks(sheet: Sheet, columns: Sequence[Sequence[str]]) -> tuple[Cl
     if not all(block.measured for block in blocks):
         return ()
     units = [sheet.unit_written(t) for t in times]
-    factors = [lab_factor(unit, "time") or 1.0 for unit in units]
+    factors = [lab_factor(unit, "time") if is_unit_of(unit, "time") else 1.0 for unit in units]
     values = readings([columns[t] for t in times], factors, sheet.declared_decimal)
     same = all(difference(values[0], other)[0] == "same" for other in values[1:])
     return () if same else tuple(blocks)

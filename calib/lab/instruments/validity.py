@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from calib.lab.instruments.lexicon import BAD_ROW, VALIDITY
+from calib.lab.instruments.lexicon import BAD_ROW, BESIDE_MARK, MARKS_BAD, MARKS_GOOD, NO, SAYS_OF_ROW, VALIDITY, YES
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import words
 
 # A column of so many different cells at most, of which the good ones stand in more than this share of the rows.
 _KINDS, _SHARE = 12, 0.5
+
+
+_DENIED = ("no", "not", "none", "without", "kein", "keine", "nicht", "ohne", "sans", "pas")
 
 
 @dataclass(frozen=True)
@@ -21,7 +26,9 @@ class Validity:
 
 
 def said_bad(sheet: Sheet) -> Validity:
-    """Find the rows that a column of the file itself calls bad: FALSE under "Valid", E12 under "Error", FAULT under "Status".
+    """Find the rows that a column of the file itself calls bad.
+
+    FALSE under "Valid", n under "Use", yes under "Excluded" or "Overload", FAULT under "Status", "saturated" under "Remark".
 
     Parameters
     ----------
@@ -31,22 +38,39 @@ def said_bad(sheet: Sheet) -> Validity:
     columns: dict[int, str] = {}
     for index, name in enumerate(sheet.names):
         plain = words(name)
-        if plain not in VALIDITY and sheet.plain_heading(index).quantity != "status":
+        parts = _parts(name)
+        is_status = sheet.plain_heading(index).quantity == "status"
+        marks = bool(parts) and all(p in MARKS_BAD | MARKS_GOOD | BESIDE_MARK | SAYS_OF_ROW for p in parts)
+        if plain not in VALIDITY and not is_status and not marks:
             continue
         cells = sheet.columns[index]
         kinds = {c: c.strip().lower() for c in set(cells)}
         if len(kinds) > _KINDS:
             continue
         if plain in VALIDITY:
-            good = VALIDITY[plain] | {""}
-            bad = {c for c, said in kinds.items() if said not in good}
-            if sum(cells.count(c) for c in bad) >= _SHARE * len(cells) or any("." in c or "," in c for c in bad):
-                continue
-            columns[index] = "says which rows are good"
+            bad = {c for c, said in kinds.items() if said not in VALIDITY[plain] | {""}}
+        elif parts & MARKS_BAD and not is_status:
+            bad = {c for c, said in kinds.items() if said in YES or _is_said(said, BAD_ROW | MARKS_BAD)}
         else:
-            bad = {c for c, said in kinds.items() if any(w in BAD_ROW for w in said.replace("_", " ").split())}
-            if sum(cells.count(c) for c in bad) >= _SHARE * len(cells):
-                continue
+            bad = {c for c, said in kinds.items() if _is_said(said, BAD_ROW) or (parts & MARKS_GOOD and said in NO)}
+        if sum(cells.count(c) for c in bad) >= _SHARE * len(cells) or any("." in c or "," in c for c in bad):
+            continue
+        if plain in VALIDITY or (bad and not is_status):
+            columns[index] = "says which rows are good"
         for row in (r for r, cell in enumerate(cells) if cell in bad) if bad else ():
             rows.setdefault(row, f'"{name}" says "{cells[row].strip()[:20]}"')
     return Validity(rows, columns)
+
+
+def _parts(name: str) -> frozenset[str]:
+    """The words of a name in lower case, also of one written together: "DataQuality", "ok?"."""
+    apart = re.sub(r"(?<=[a-zäöüß])(?=[A-Z])", " ", name)
+    return frozenset(w for w in re.split(r"[\W_]+", apart.lower()) if w)
+
+
+def _is_said(said: str, of: Iterable[str]) -> bool:
+    """Whether a cell holds one of some words, and does not deny it."""
+    parts = [w for w in re.split(r"[\W_]+", said) if w]
+    return any(w in of for w in parts) and not any(
+        w in ("no", "not", "none", "without", "kein", "keine", "nicht") for w in parts
+    )

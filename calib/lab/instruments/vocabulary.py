@@ -154,7 +154,14 @@ def understand(cell: str, unit_below: str = "") -> Heading | None:
     (None, 'two units, "kN" and "N"')
     """
     found = _interpret(cell, unit_below)
-    return found if isinstance(found, Heading) else None
+    if isinstance(found, Heading):
+        return found
+    twice = _TWICE.fullmatch(cell.strip())
+    return understand(twice["name"], unit_below) if twice is not None else None
+
+
+# What programs put behind a name of which a table has two: "time_s.1", "time_s_x", "time_s_lcr".
+_TWICE = re.compile(r"(?P<name>.*[^\W\d_)\]]\W?)(?:\.\d{1,2}|[_ ](?:x|y|lcr|meter|instron|tester|left|right))", re.IGNORECASE)
 
 
 def why_unread(cell: str, unit_below: str = "") -> str:

@@ -397,3 +397,30 @@ def test_columns_that_differ_are_said_to_differ_by_what_they_do(tmp_path: Path, 
     said = refusal(as_csv(tmp_path / "a.csv", [["Time (s)", "CH0_pF", "CH1_pF"], *rows]))
     assert f"they differ {how}" in said
     assert "by up to 0 %" not in said
+
+
+@pytest.mark.parametrize(
+    "names", [("Time", "Time LCR"), ("time_instron", "time_lcr"), ("Time (s)", "LCR timestamp"), ("Time", "Time")]
+)
+def test_two_times_of_which_one_has_no_unit_are_refused_with_what_to_say(tmp_path: Path, names: tuple[str, str]) -> None:
+    path = as_csv(tmp_path / "a.csv", two_clocks(gap=False, names=names))
+    assert "Say which time is meant" in refusal(path)
+    table = read_lab_file(path, Reading(columns={"time": "1"}, units={"time": "s"}))
+    assert_press(table)
+
+
+@pytest.mark.parametrize(
+    "names", [("time_s", "time_s.1"), ("time_s_x", "time_s_y"), ("time_s", "time_s_lcr"), ("Time (s)", "LCR clock (s)")]
+)
+def test_a_time_under_the_name_that_a_program_gives_the_second_is_one(tmp_path: Path, names: tuple[str, str]) -> None:
+    path = as_csv(tmp_path / "a.csv", two_clocks(gap=False, names=names))
+    said = refusal(path)
+    assert "2 columns may be the time" in said or "ends after 75 of" in said
+
+
+@pytest.mark.parametrize("header", ["Force run 1 (N),Force run 2 (N),Mean (N),SD (N)", "Probe 1 (N),Probe 2 (N),MW (N),SD (N)"])
+def test_a_standard_deviation_is_no_force(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{t},{x},{f},{1.02 * f:.4f},{1.01 * f:.4f},{0.01 * f:.4f}" for t, x, f in ROWS]
+    path.write_text("\n".join([f"Time (s),Displacement (mm),{header}", *rows]) + "\n")
+    assert "SD (N)" in refusal(path)
