@@ -63,7 +63,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
             unit = _since_1970(columns[index], sheet.declared_decimal)
             if unit:
                 units[index] = unit
-                notes.append(f'"{name}" has no unit: its numbers are {_WORDS[unit]} since 1970, and read so')
+                notes.append(f'"{name}" has no unit: the time is taken as {_WORDS[unit]} since 1970, which its numbers count')
     below = tuple(units.get(index, "") for index in range(len(sheet.names))) if any(units.values()) else sheet.units
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
 

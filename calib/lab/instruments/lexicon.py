@@ -265,10 +265,12 @@ VALIDITY: Mapping[str, frozenset[str]] = MappingProxyType(
 )
 #: Words of a status or a remark that say that a row is not good.
 BAD_ROW = _set(
-    "fault error err fail failed failure invalid overload overrun overrange overflow over ol alarm bad poor saturated "
-    "saturation sat clipped clipping outlier spike glitch artefact artifact reject rejected discard discarded fehler ungültig "
+    "fault error fail failed failure invalid overload overrun overrange overflow alarm bad saturated "
+    "saturation clipped clipping outlier spike glitch artefact artifact reject rejected discard discarded fehler ungültig "
     "schlecht ausreißer erreur 错误 异常"
 )
+#: The same where they are all that a cell says.
+BAD_CELL = _set("over ol sat err poor")
 #: Words of a name whose column marks rows that are not good, and of one that marks the good ones.
 MARKS_BAD = _set(
     "exclude excluded exclusion skip skipped bad outlier outliers reject rejected overload overloaded overrange saturated "

@@ -27,6 +27,9 @@ from calib.lab.instruments.shifted import shifted_rows
 from calib.lab.instruments.vocabulary import understand
 from calib.lab.instruments.where import asked_name, listed_values
 
+# A last column that is empty in so many rows is one that is not always filled.
+_OFTEN = 0.05
+
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
 # Rows without a number at first that are looked at one by one where all others have one: so many, and this share.
@@ -71,9 +74,12 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    moved = _beyond_the_names(sheet, table) | _without_an_end(sheet, table)
-    results = _of_results(table)
-    sound = rows_going_on(sheet, table, moved, whole=True) | rows_going_on(sheet, table, results, whole=False)
+    beyond, ended, results = _beyond_the_names(sheet, table), _without_an_end(sheet, table), _of_results(table)
+    moved = beyond | ended
+    sound = rows_going_on(sheet, table, moved, whole=True)
+    # What is empty in a row now and then may have been its first cell: it goes on by chance. Of many, all do or none.
+    sound -= ended.keys() if len(ended) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
+    sound |= rows_going_on(sheet, table, results, whole=False) - (ended.keys() - sound)
     wide = shifted_rows(sheet, table) | {r: why for r, why in (moved | results).items() if r not in sound}
     below = {r: why for r, why in results_below(sheet, table).items() if r not in wide}
     wide |= below

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from calib.lab.instruments.lexicon import BAD_ROW, BESIDE_MARK, MARKS_BAD, MARKS_GOOD, NO, SAYS_OF_ROW, VALIDITY, YES
+from calib.lab.instruments.lexicon import BAD_CELL, BAD_ROW, BESIDE_MARK, MARKS_BAD, MARKS_GOOD, NO, SAYS_OF_ROW, VALIDITY, YES
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import words
 
@@ -50,9 +50,10 @@ def said_bad(sheet: Sheet) -> Validity:
         if plain in VALIDITY:
             bad = {c for c, said in kinds.items() if said not in VALIDITY[plain] | {""}}
         elif parts & MARKS_BAD and not is_status:
-            bad = {c for c, said in kinds.items() if said in YES or _is_said(said, BAD_ROW | MARKS_BAD)}
+            bad = {c for c, said in kinds.items() if said in YES | BAD_CELL or _is_said(said, BAD_ROW | MARKS_BAD)}
         else:
-            bad = {c for c, said in kinds.items() if _is_said(said, BAD_ROW) or (parts & MARKS_GOOD and said in NO)}
+            words_of_bad = BAD_CELL | NO if parts & MARKS_GOOD else BAD_CELL
+            bad = {c for c, said in kinds.items() if said in words_of_bad or _is_said(said, BAD_ROW)}
         if sum(cells.count(c) for c in bad) >= _SHARE * len(cells) or any("." in c or "," in c for c in bad):
             continue
         if plain in VALIDITY or (bad and not is_status):

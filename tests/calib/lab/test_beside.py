@@ -122,6 +122,14 @@ def test_a_column_that_is_filled_in_most_rows_takes_none_that_goes_on(tmp_path: 
     assert_press(read_lab_file(as_csv(tmp_path / "a.csv", [[*NAMES, "T (°C)"], *rows])))
 
 
+@pytest.mark.parametrize("row", [1, 2, 5])
+def test_a_row_that_was_moved_by_a_cell_is_left_out_though_it_goes_on_by_chance(tmp_path: Path, row: int) -> None:
+    rows: list[list[Any]] = [[*ROWS[r], 0.001 * r] for r in range(N)]
+    rows[row] = [*rows[row][1:], None]
+    table = read_lab_file(as_csv(tmp_path / "a.csv", [[*NAMES, "Strain (-)"], *rows]))
+    assert [k for k, why in enumerate(table.reasons) if why] == [row]
+
+
 # --- two clocks side by side -----------------------------------------------------------------------------------------------
 
 LATE = np.round(0.35 + 0.16 * np.arange(75), 4)

@@ -179,7 +179,7 @@ def test_times_since_1970_without_a_unit_are_read_and_told(
     counted = [f"{(1795183387 + t) * scale:.{digits}f}" for t in TIME]
     table = read(tmp_path, f"{name},Depth (mm),Force (N)", counted, D, F)
     np.testing.assert_allclose(table.columns["time"] - 1795183387, TIME, atol=1e-6)
-    assert any(f"its numbers are {word} since 1970" in note for note in table.notes)
+    assert any(f"taken as {word} since 1970" in note for note in table.notes)
 
 
 @pytest.mark.parametrize("first", [0, 123456, 1795183387])
