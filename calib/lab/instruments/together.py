@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record, tidy, without_brackets, words_in
-from calib.lab.instruments.lexicon import COMMANDED, MEASURED, SPREADS
+from calib.lab.instruments.lexicon import COMMANDED, LEAST, MEASURED, MOST, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
@@ -18,8 +18,8 @@ _QUANTITIES = ("displacement", "force", "capacitance")
 def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
-    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "actual (mm)"
-    is one where another column in such a unit was commanded.
+    A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
+    and nothing else, stand in each row; "actual (mm)" is one where another column in such a unit was commanded.
 
     Parameters
     ----------
@@ -39,6 +39,10 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         for i, h in enumerate(records)
         if h is not None and h.quantity in _QUANTITIES and i not in found and not is_spread(names[i])
     ]
+    least, most = ({i: h.quantity for i in others if (h := records[i]) and _has_word(names[i], of)} for of in (LEAST, MOST))
+    between = {*least.values()} & {*most.values()}
+    others = [i for i in others if (least | most).get(i) not in between]
+    spreads |= between
     found = {
         i: h
         for i, h in found.items()
@@ -58,7 +62,11 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
 
 def is_spread(name: str) -> bool:
     """Whether a name is that of a deviation of readings from their mean."""
-    return any(word.strip("()[]{}") in SPREADS for word in words_in(name))
+    return _has_word(name, SPREADS)
+
+
+def _has_word(name: str, of: Collection[str]) -> bool:
+    return any(word.strip("()[]{}") in of for word in words_in(name))
 
 
 def _unit_in(name: str) -> str:

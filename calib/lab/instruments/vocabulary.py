@@ -85,7 +85,10 @@ _KNOWN_BY_WORDS = (
     (r"humid|feuchte|humidité", "a humidity: not used"),
     (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
     (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
-    (r"speed|velocity|rate|geschwindigkeit|vitesse", "a rate: not used"),
+    (
+        r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
+        "a rate: not used",
+    ),
     (r"energy|work|energie|arbeit", "an energy: not used"),
     (r"^row ?names?$", "names of the rows: not used"),
 )
@@ -343,8 +346,9 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and name in ONLY_WITH_UNIT:
-        return "not understood"
+    if not fitting and (name in ONLY_WITH_UNIT or ("stage" in name.split() and name not in NAMES["displacement"])):
+        other = kind_of_unit(unit_below or (written[-1] if written else ""))
+        return f"{other}: not used" if other and not other.startswith("in ") else "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
     if not fitting:
