@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 
@@ -11,6 +12,10 @@ from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
 
+# Whole seconds and their parts as computers give them, "tv_sec" and "tv_usec", unless beside minutes and hours.
+_SECONDS = re.compile(r"(?:(?:tv|stamp)[ _.])?secs?", re.IGNORECASE)
+_THEIR_PARTS = re.compile(r"(?:(?:tv|stamp)[ _.])?(?:[mun]secs?|nanosecs?)", re.IGNORECASE)
+_OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
 _QUANTITIES = ("displacement", "force", "capacitance")
 
 
@@ -19,7 +24,8 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
     A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
-    and nothing else, stand in each row; "actual (mm)" is one where another column in such a unit was commanded.
+    and nothing else, stand in each row; "actual (mm)" is one where another column in such a unit was commanded; "secs" is the
+    time beside "nsecs".
 
     Parameters
     ----------
@@ -57,6 +63,12 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
             name, unit = columns[measured[0]]
             own = unit or _unit_in(name)
             found[measured[0]] = Heading(quantity, 3 * PLAIN, " ".join(_plain_words(name)), None if unit else own)
+    seconds = [
+        i for i, (name, unit) in enumerate(columns) if _SECONDS.fullmatch(name) and (not unit or is_unit_of(unit, "time"))
+    ]
+    beside = any(map(_THEIR_PARTS.fullmatch, names)) and not any(map(_OF_DAY.fullmatch, names))
+    if "time" not in known and len(seconds) == 1 and beside:
+        found[seconds[0]] = Heading("time", 3 * PLAIN, "seconds", None if columns[seconds[0]][1] else "s")
     return found
 
 

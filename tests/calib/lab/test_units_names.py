@@ -610,3 +610,27 @@ def test_at_which_rate_a_time_was_sampled_leaves_it_a_time(tmp_path: Path, name:
 def test_rates_flags_and_bounds_are_named_as_what_they_are(name: str, below: str, why: str) -> None:
     assert understand(name, below) is None
     assert why_unread(name, below) == why
+
+
+@pytest.mark.parametrize(
+    "name", ["Capacitance (F) x1E-12", "Cp (F) ×1e-12", "Cp [F] *10^-12", "Cp (F) 1E-12", "Capacitance x1E-12 (F)"]
+)
+def test_a_factor_behind_the_unit_of_a_name_is_asked_for_and_applied_as_said(tmp_path: Path, name: str) -> None:
+    header = f"Time (s),Displacement (mm),Force (N),{name}"
+    assert "in its name: the readings may have been multiplied by it" in str(refusal(tmp_path, header, T, D, F, C))
+    table = read(tmp_path, header, T, D, F, C, units={"capacitance": "1e-12 F"})
+    np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+    assert "capacitance" not in read(tmp_path, header, T, D, F, C, columns={"capacitance": "none"}).columns
+
+
+@pytest.mark.parametrize("name", ["Load (N) /10", "Load (N) x 10", "Load (N) 0.1"])
+def test_a_plain_factor_behind_brackets_is_one(name: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert "factor" in found.unit_doubt
+
+
+@pytest.mark.parametrize("name", ["Load 2 (N)", "Load (N) 2", "Load cell 5 kN (N)", "Cp (pF) 1kHz", "Fz (N) [2]"])
+def test_a_number_of_a_channel_a_reach_or_a_frequency_is_no_factor(name: str) -> None:
+    found = understand(name)
+    assert found is None or not found.unit_doubt
