@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
+from calib.lab.instruments.lexicon import BOUNDS, COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
 from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
@@ -223,6 +223,8 @@ def no_record(text: str) -> str:
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
+        if word in BOUNDS:
+            return f'"{word}" is a bound or a flag, not measured'
         if word in COMMANDED:
             return f'"{word}" was commanded, not measured'
     return ""

@@ -124,6 +124,8 @@ def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_ce
         why = (
             "holds a mean of readings in each row"
             if as_a_mean(name, below) is not None
+            else "counts seconds, as another counts their parts"
+            if quantity == "time"
             else "was measured where another was set"
         )
         notes.append(f'{quantity} is taken from "{name}", which {why}: no other column is the {quantity}')

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from types import MappingProxyType
 
 from calib.errors import Fault
@@ -311,17 +312,21 @@ _UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
 # Between the names and units that a line above the header declares, and words between one and its unit.
 _APART = re.compile(r"[\t;,|:=]|\s{2,}")
 _FILLERS = frozenset(["in", "is", "are", "as", "of", "en"])
+# What the unit of a displacement may be declared as, beside those of force or time.
+_LENGTH = re.compile(r"lengths?|länge|longueur|longitud|lunghezza|comprimento|lengte|długość|长度|長さ|길이", re.IGNORECASE)
 
 
 def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
     """Units declared above: `Units : Force,kN`, `Units Time s Load kN`, `Load;kN`, `Force in kN`, `Units: s, mm, kN`.
 
-    Of lines that contradict each other all units are given, as "kN or N", which is none.
+    Of lines that contradict each other all units are given, as "kN or N", which is none. A unit of length is that of the
+    displacement where units of force or time are declared, too.
 
     >>> dict(declared_units(["Units : Time ms", "Load|kN"]))
     {'time': ('ms', 1), 'force': ('kN', 2)}
     """
     declared: dict[str, tuple[str, int]] = {}
+    lengths: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
         parts = [p for part in _APART.split(line) if (p := part.strip().strip('"').strip())]
         if not _UNIT_WORD.search(line) or len(line) > 200:
@@ -334,7 +339,9 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
             continue
         found = [*_named_units(parts), *_named_units(" ".join(parts).split())]
         _declare(declared, found, number)
-    return MappingProxyType(declared)
+        _declare(lengths, _named_lengths(parts), number)
+    beside = "displacement" not in declared and ("force" in declared or "time" in declared)
+    return MappingProxyType(declared | lengths if beside else declared)
 
 
 def _declare(declared: dict[str, tuple[str, int]], found: Iterable[tuple[str, str]], line: int) -> None:
@@ -357,6 +364,14 @@ def _named_units(parts: Sequence[str]) -> Iterator[tuple[str, str]]:
             name = []
         elif part.lower() not in _FILLERS:
             name.append(part)
+
+
+def _named_lengths(parts: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The units that stand behind nothing but a word for length: "Length mm", not "Gauge length mm"."""
+    pairs = [*pairwise(parts), *(tuple(part.split()) for part in parts if len(part.split()) == 2)]
+    for name, unit in pairs:
+        if _LENGTH.fullmatch(name) and is_unit_of(unit.strip("()[]"), "displacement"):
+            yield "displacement", unit.strip("()[]")
 
 
 def _is_plain(name: str) -> bool:

@@ -27,6 +27,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
+                "thời gian | waktu | الزمن | الوقت | समय | време",
             ),
             "displacement": (
                 "extension | displacement | compressive extension | compressive displacement | crosshead",
@@ -66,6 +67,9 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer",
                 "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre",
                 "extensómetro | estensometro | 引伸计 | 伸び計 | 신율계",
+                "elongation | élongation | độ dịch chuyển | dịch chuyển | chuyển vị | perpindahan | الإزاحة | विस्थापन",
+                "преместване | desplaçament | vandring | posun | hod | pomeraj | cursă | ход траверсы | перемещение траверсы",
+                "stage | stage z",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
@@ -84,6 +88,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
                 "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
                 "masse | 重量 | 무게",
+                "loadcell | lực | tải trọng | gaya | beban | القوة | बल | càrrega | натоварване | forţă | sarcină",
+                "opterećenje | 压力 | 壓力",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
@@ -91,6 +97,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
                 "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
+                "điện dung | kapasitansi | السعة | धारिता | капацитет | capacitat | kapacitet | kapacitivnost",
             ),
             "capacitance_series": (
                 "cs | series capacitance | cser | cap series | capacitance series | reihenkapazität | serienkapazität",
@@ -172,6 +179,13 @@ ONLY_WITH_UNIT = frozenset(
         " masse ",
         " 重量 ",
         " 무게",
+        " stage ",
+        " stage z ",
+        " hod ",
+        " loadcell ",
+        " beban ",
+        " 压力 ",
+        " 壓力 ",
     ]
 )
 #: Names of a mass, that of a sample where it stands still.
@@ -208,6 +222,8 @@ COMMANDED = _set(
     "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
     "zadana zadany zadane zadaná consigna impostata gewenst 设定 设定值 目标 目標 指令 設定 설정 목표"
 )
+#: Words of those that say how far readings may go, which a flag of the rows that did may bear, too.
+BOUNDS = _set("limit limits threshold")
 #: Words of the largest of several readings, which a peak of a record may bear, too.
 _PEAKS = _set(
     "fmax fmin cmax cmin pk pico picco pic crête crete piek spitzenkraft spitzenlast spitzenweg höchstkraft höchstlast "
@@ -221,8 +237,11 @@ _NUMBERS_DRAWN = _set(
     "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
 )
 #: Words of the mean of several readings, and of how far these are from it.
-MEANS = _set("mean average avg averaged mittel mittelwert moyenne moyen media promedio médio średnia gemiddelde 平均 평균")
+MEANS = _set("mean average avg ave averaged mittel mittelwert moyenne moyen media promedio médio średnia gemiddelde 平均 평균")
 SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
+#: Words of the smallest and of the largest of several readings.
+LEAST = _set("min minimum minimal mini minimo mínimo mín 最小 최소")
+MOST = _set("max maximum maximal maxi massimo máximo máx maks 最大 최대")
 #: Words that alone say that a column was measured, where another was commanded.
 MEASURED = _set(
     "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "

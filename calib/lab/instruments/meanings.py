@@ -23,6 +23,11 @@ _CHANNEL = re.compile(
     r"^(?!s[de]$)(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
     r"[ #.-]*(?P<index>\d{1,3}|[a-f])$"
 )
+# At which of its rates a program sampled what has this time: "zeit 1 - standardmessrate", "time 2 - default sample rate".
+_SAMPLED = re.compile(
+    r"^(?P<name>.+?)(?: (?P<index>\d{1,2}))?(?: ?[-:])? (?:(?:\w*messrate|abtastrate)|(?:\w+ )?(?:messrate|abtastrate)|"
+    r"(?:(?:default|standard|fast|slow) )?(?:sampl(?:e|ing) |data |scan |fast |slow |default )rate)$"
+)
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
 _BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")
 _BY_UNIT = ("capacitance", "force", "displacement")
@@ -53,6 +58,11 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
     plain = list(plain_meanings(name))
     if plain:
         yield from plain
+        return
+    match = _SAMPLED.match(name)
+    if match is not None and match["name"] in NAMES["time"]:
+        if any(u and is_unit_of(u, "time") for u in (*inside, unit_below)):
+            yield Meaning("time", NAMES["time"].index(match["name"]) + PLAIN, match["index"] or "")
         return
     for pattern in (_AT_FREQUENCY, _NUMBERED, _LETTERED, _LEADING):
         match = pattern.match(name)

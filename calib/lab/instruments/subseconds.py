@@ -22,14 +22,18 @@ _PARTS = {
     word: size
     for size, listed in (
         (1e3, "ms msec msecs millis milli millisecond milliseconds millisekunde millisekunden millisecondes milisegundos 毫秒"),
+        (1e3, "millitm"),
         (1e6, "us µs usec usecs micros microsecond microseconds mikrosekunden microsecondes 微秒"),
+        (1e9, "ns nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds"),
         (1e2, "cs centiseconds hundredths hundertstel"),
         (1e1, "tenths zehntel"),
         (0.0, "subsec subsecs subsecond subseconds sub fraction fractions fractional frac subsekunden nachkommastellen"),
     )
     for word in listed.split()
 }
-_OF_TIMES = frozenset(["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der"])
+_OF_TIMES = frozenset(
+    ["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der", "tv", "stamp"]
+)
 _BESIDE = _OF_TIMES | {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
 _WHOLE_SECONDS = re.compile(
     r"(?P<clock>.*\d:\d{2}:\d{2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record, tidy, without_brackets, words_in
-from calib.lab.instruments.lexicon import COMMANDED, MEASURED, SPREADS
+from calib.lab.instruments.lexicon import COMMANDED, LEAST, MEASURED, MOST, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
 
+# Whole seconds and their parts as computers give them, "tv_sec" and "tv_usec", unless beside minutes and hours.
+_SECONDS = re.compile(r"(?:(?:tv|stamp)[ _.])?secs?", re.IGNORECASE)
+_THEIR_PARTS = re.compile(r"(?:(?:tv|stamp)[ _.])?(?:[mun]secs?|nanosecs?)", re.IGNORECASE)
+_OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
 _QUANTITIES = ("displacement", "force", "capacitance")
 
 
@@ -18,8 +23,9 @@ _QUANTITIES = ("displacement", "force", "capacitance")
 def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
-    A mean is one where it and its deviation, or means of several quantities and nothing else, stand in each row; "actual (mm)"
-    is one where another column in such a unit was commanded.
+    A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
+    and nothing else, stand in each row; "actual (mm)" is one where another column in such a unit was commanded; "secs" is the
+    time beside "nsecs".
 
     Parameters
     ----------
@@ -39,6 +45,10 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         for i, h in enumerate(records)
         if h is not None and h.quantity in _QUANTITIES and i not in found and not is_spread(names[i])
     ]
+    least, most = ({i: h.quantity for i in others if (h := records[i]) and _has_word(names[i], of)} for of in (LEAST, MOST))
+    between = {*least.values()} & {*most.values()}
+    others = [i for i in others if (least | most).get(i) not in between]
+    spreads |= between
     found = {
         i: h
         for i, h in found.items()
@@ -53,12 +63,22 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
             name, unit = columns[measured[0]]
             own = unit or _unit_in(name)
             found[measured[0]] = Heading(quantity, 3 * PLAIN, " ".join(_plain_words(name)), None if unit else own)
+    seconds = [
+        i for i, (name, unit) in enumerate(columns) if _SECONDS.fullmatch(name) and (not unit or is_unit_of(unit, "time"))
+    ]
+    beside = any(map(_THEIR_PARTS.fullmatch, names)) and not any(map(_OF_DAY.fullmatch, names))
+    if "time" not in known and len(seconds) == 1 and beside:
+        found[seconds[0]] = Heading("time", 3 * PLAIN, "seconds", None if columns[seconds[0]][1] else "s")
     return found
 
 
 def is_spread(name: str) -> bool:
     """Whether a name is that of a deviation of readings from their mean."""
-    return any(word.strip("()[]{}") in SPREADS for word in words_in(name))
+    return _has_word(name, SPREADS)
+
+
+def _has_word(name: str, of: Collection[str]) -> bool:
+    return any(word.strip("()[]{}") in of for word in words_in(name))
 
 
 def _unit_in(name: str) -> str:

@@ -62,6 +62,8 @@ _REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
 _CAPACITY = re.compile(
     rf"(?P<name>.*[^\W\d_])[\s_,-]+(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
+# What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
+_FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 # A function of what was measured.
@@ -85,7 +87,10 @@ _KNOWN_BY_WORDS = (
     (r"humid|feuchte|humidité", "a humidity: not used"),
     (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
     (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
-    (r"speed|velocity|rate|geschwindigkeit|vitesse", "a rate: not used"),
+    (
+        r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
+        "a rate: not used",
+    ),
     (r"energy|work|energie|arbeit", "an energy: not used"),
     (r"^row ?names?$", "names of the rows: not used"),
 )
@@ -260,7 +265,9 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
     brackets = tuple(part for bracket in cut[1] for part in parted(bracket))
-    outside, capacity = _without_capacity(cut[0], (*brackets, unit_below))
+    outside, factor = _without_factor(cut[0], cell)
+    brackets = (*brackets, factor) if factor else brackets
+    outside, capacity = _without_capacity(outside, (*brackets, unit_below))
     if capacity:
         found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)
         return replace(found, index=found.index or capacity.lower()) if isinstance(found, Heading) else found
@@ -278,6 +285,18 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def _without_factor(outside: str, cell: str) -> tuple[str, str]:
+    """The words outside of the brackets without a factor that ends them, and that: "x1E-12" of "Capacitance (F) x1E-12".
+
+    A plain number is one behind brackets only: the force of "Force x2 (N)" may be of an axis.
+    """
+    match = _FACTOR_BEHIND.fullmatch(outside)
+    if match is None or not is_factor(match["factor"]):
+        return outside, ""
+    behind = re.search(rf"[)\]}}]\s*{re.escape(match['factor'])}\s*$", cell) is not None
+    return (match["name"], match["factor"]) if behind or re.search(r"[eE^]", match["factor"]) else (outside, "")
 
 
 def _without_capacity(outside: str, units: Sequence[str]) -> tuple[str, str]:
@@ -350,8 +369,9 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and name in ONLY_WITH_UNIT:
-        return "not understood"
+    if not fitting and (name in ONLY_WITH_UNIT or ("stage" in name.split() and name not in NAMES["displacement"])):
+        other = kind_of_unit(unit_below or (written[-1] if written else ""))
+        return f"{other}: not used" if other and not other.startswith("in ") else "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
     if not fitting:

@@ -190,3 +190,30 @@ def test_frames_that_count_within_a_second_are_no_key_and_channels_of_a_scan_are
     path.write_text("\n".join(["Time (s),Extension (mm),Burst,Cp (pF)", *rows, ""]), encoding="utf-8")
     with pytest.raises(InputError, match="several records"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "size"),
+    [("tv_sec,tv_usec", 1e6), ("secs,nsecs", 1e9), ("sec,nanosec", 1e9), ("Secs,msecs", 1e3), ("stamp.secs,stamp.nsecs", 1e9)],
+)
+def test_whole_seconds_and_their_parts_as_computers_give_them_are_the_time(tmp_path: Path, head: str, size: float) -> None:
+    def cell(i: int) -> str:
+        whole = int((stamp(i).replace(microsecond=0) - datetime(1970, 1, 1)).total_seconds())
+        return f"{whole},{round(stamp(i).microsecond * size / 1e6)}"
+
+    table = read(tmp_path, head, cell)
+    assert_time(table)
+    assert any("put together from both" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("head", ["Time,Millitm", "Time,Millisecond", "Time,Msec"])
+def test_milliseconds_of_a_logger_beside_the_time_of_day_are_put_together(tmp_path: Path, head: str) -> None:
+    assert_time(read(tmp_path, head, lambda i: f"{stamp(i):%H:%M:%S},{stamp(i).microsecond // 1000}"))
+
+
+def test_seconds_within_a_minute_are_no_time(tmp_path: Path) -> None:
+    def cell(i: int) -> str:
+        return f"{stamp(i).minute},{stamp(i).second},{stamp(i).microsecond // 1000}"
+
+    assert "time" not in read(tmp_path, "min,sec,msec", cell).columns
+    assert "time" not in read(tmp_path, "Secs,Remark", lambda i: f"{stamp(i).second},{i % 7}").columns

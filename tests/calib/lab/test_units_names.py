@@ -15,7 +15,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
 from calib.lab.instruments.units import asked_factor, lab_factor, usual_units
-from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.vocabulary import understand, why_unread
 
 N = 80
 TIME = np.round(np.arange(N) * 0.1, 3)
@@ -454,3 +454,183 @@ def test_a_cycle_of_words_is_no_count(tmp_path: Path) -> None:
     table = read(tmp_path, "Cycle,Time_S,Displacement_mm,Force_N", phases, T, D, F)
     assert 'column 1 "Cycle": holds words, no count of cycles' in reasons(table)
     np.testing.assert_allclose(table.columns["force"], FORCE)
+
+
+# ------------------------------------------------------------------------------------------------ names of more instruments
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Elongation(mm),Force(N)",
+        "t_s,stage_mm,loadcell_N",
+        "t_s,stage_z_mm,loadcell_N",
+        "Time (s),Stage (mm),Load cell (N)",
+        "Time (s),LVDT (mm),LoadCell (N)",
+        "Thời gian (s),Chuyển vị (mm),Lực (N)",
+        "Thời gian (s),Độ dịch chuyển (mm),Tải trọng (N)",
+        "Waktu (s),Perpindahan (mm),Gaya (N)",
+        "Waktu (s),Perpindahan (mm),Beban (N)",
+        "الزمن (s),الإزاحة (mm),القوة (N)",
+        "Време (s),Преместване (mm),Сила (N)",
+        "Temps (s),Desplaçament (mm),Força (N)",
+        "Tid [s],Vandring [mm],Kraft [N]",
+        "Čas [s],Posun [mm],Sila [N]",
+        "Время [с],Ход траверсы [мм],Нагрузка [Н]",
+        "Timp (s),Cursă (mm),Forţă (N)",
+        "Vrijeme (s),Hod (mm),Opterećenje (N)",
+        "समय (s),विस्थापन (mm),बल (N)",
+        "时间(s),压缩量(mm),压力(N)",
+        "時間(s),位移(mm),壓力(N)",
+    ],
+)
+def test_a_press_is_understood_under_the_names_of_more_instruments_and_languages(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, T, D, F)
+    np.testing.assert_allclose(table.columns["time"], TIME)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+
+
+@pytest.mark.parametrize(
+    "name", ["Điện dung", "Kapasitansi", "السعة", "Капацитет", "Capacitat", "Kapacitet", "धारिता", "lcr_Cp"]
+)
+def test_a_capacitance_is_understood_in_more_languages(tmp_path: Path, name: str) -> None:
+    np.testing.assert_allclose(read(tmp_path, f"Time (s),{name}_pF", T, C).columns["capacitance"], CAP * 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("压力(MPa)", "a stress or pressure: not used"),
+        ("压力(kPa)", "a stress or pressure: not used"),
+        ("压力", "not understood"),
+        ("Stage", "not understood"),
+        ("Stage 2", "not understood"),
+        ("Current stage", "not understood"),
+        ("Stage x (mm)", "axis x: not used"),
+        ("loadcell (mV)", "a voltage: not used"),
+        ("LoadCell", "not understood"),
+        ("Elongation (%)", "a share or strain: not used"),
+        ("Stage temperature (°C)", "a temperature: not used"),
+        ("Force (N) Max.", '"max" is a statistic, no record'),
+    ],
+)
+def test_names_of_instruments_are_a_quantity_by_their_unit_alone(name: str, why: str) -> None:
+    assert why_unread(name) == why
+
+
+def test_averages_of_a_logger_are_the_record_with_a_note(tmp_path: Path) -> None:
+    table = read(tmp_path, '"Time (s)","Load cell (N) Ave.","LVDT (mm) Ave."', T, F, D)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+    assert sum("a mean of readings in each row" in note for note in table.notes) == 2
+
+
+@pytest.mark.parametrize("words", [("Min", "Max", "Avg"), ("minimum", "maximum", "mean"), ("min", "max", "Ave.")])
+def test_an_average_between_the_least_and_the_largest_reading_is_the_record_with_a_note(
+    tmp_path: Path, words: tuple[str, str, str]
+) -> None:
+    header = ",".join(["Time (s)", "Displacement (mm)", *(f"Force {word} (N)" for word in words)])
+    table = read(tmp_path, header, T, D, cells(FORCE - 0.01), cells(FORCE + 0.01), F)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+    assert any("a mean of readings in each row" in note for note in table.notes)
+    assert reasons(table).count("is a statistic, no record") == 2
+    # A plain force comes before it.
+    plain = read(tmp_path, header + ",Force (N)", T, D, cells(FORCE - 0.01), cells(FORCE + 0.01), F, cells(FORCE + 0.001))
+    assert plain.sources["force"] == "Force (N)"
+
+
+def test_an_average_beside_one_bound_or_bounds_of_another_quantity_is_no_record(tmp_path: Path) -> None:
+    for header in (
+        "Force Max (N),Force Avg (N)",
+        "Cp Min (pF),Cp Max (pF),Force Avg (N)",
+        "Force Min (N),Cp Max (pF),Force Avg (N)",
+    ):
+        columns = [F] * header.count(",") + [F]
+        assert "no force column" in str(refusal(tmp_path, f"Time (s),Displacement (mm),{header}", T, D, *columns))
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["Force unit:,N", "Length unit:,mm", "Time unit:,s"],
+        ["Length unit: mm", "Force unit: N", "Time unit: s"],
+        ["Units: Time s, Length mm, Force N"],
+    ],
+)
+def test_a_unit_of_length_declared_beside_that_of_force_is_the_displacements(tmp_path: Path, above: list[str]) -> None:
+    table = read(tmp_path, "\n".join([*above, "Time,Displacement,Force"]), T, D, F)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["Force unit:,N", "Gauge length unit:,mm", "Time unit:,s"],
+        ["Length unit:,mm"],
+        ["Force unit:,N", "Length:,12 mm", "Time unit:,s"],
+    ],
+)
+def test_a_length_of_something_else_declares_no_unit_of_the_displacement(tmp_path: Path, above: list[str]) -> None:
+    error = refusal(tmp_path, "\n".join([*above, "Time (s),Displacement,Force (N)"]), T, D, F)
+    assert 'column "Displacement" has no unit' in str(error)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Zeit  1 - Standardmessrate",
+        "Time  1 - default sample rate",
+        "Zeit 2 - schnelle Messrate",
+        "Time - sampling rate",
+        "Time 1 - fast rate",
+    ],
+)
+def test_at_which_rate_a_time_was_sampled_leaves_it_a_time(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"{name},Kraft,Weg\ns,N,mm", T, F, D)
+    assert table.sources["time"] == f"{name} (s)"
+    np.testing.assert_allclose(table.columns["time"], TIME)
+
+
+@pytest.mark.parametrize(
+    ("name", "below", "why"),
+    [
+        ("Zeit 1 - Standardmessrate", "Hz", "a rate: not used"),
+        ("Zeit 1 - Standardmessrate", "", "a rate: not used"),
+        ("Standardmessrate", "s", "a rate: not used"),
+        ("Sampling rate", "Hz", "a rate: not used"),
+        ("Messrate", "Hz", "a rate: not used"),
+        ("Saturated", "", "not understood"),
+        ("Separated", "", "not understood"),
+        ("Limit", "", '"limit" is a bound or a flag, not measured'),
+        ("Force limit (N)", "", '"limit" is a bound or a flag, not measured'),
+        ("Force setpoint (N)", "", '"setpoint" was commanded, not measured'),
+    ],
+)
+def test_rates_flags_and_bounds_are_named_as_what_they_are(name: str, below: str, why: str) -> None:
+    assert understand(name, below) is None
+    assert why_unread(name, below) == why
+
+
+@pytest.mark.parametrize(
+    "name", ["Capacitance (F) x1E-12", "Cp (F) ×1e-12", "Cp [F] *10^-12", "Cp (F) 1E-12", "Capacitance x1E-12 (F)"]
+)
+def test_a_factor_behind_the_unit_of_a_name_is_asked_for_and_applied_as_said(tmp_path: Path, name: str) -> None:
+    header = f"Time (s),Displacement (mm),Force (N),{name}"
+    assert "in its name: the readings may have been multiplied by it" in str(refusal(tmp_path, header, T, D, F, C))
+    table = read(tmp_path, header, T, D, F, C, units={"capacitance": "1e-12 F"})
+    np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+    assert "capacitance" not in read(tmp_path, header, T, D, F, C, columns={"capacitance": "none"}).columns
+
+
+@pytest.mark.parametrize("name", ["Load (N) /10", "Load (N) x 10", "Load (N) 0.1"])
+def test_a_plain_factor_behind_brackets_is_one(name: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert "factor" in found.unit_doubt
+
+
+@pytest.mark.parametrize("name", ["Load 2 (N)", "Load (N) 2", "Load cell 5 kN (N)", "Cp (pF) 1kHz", "Fz (N) [2]"])
+def test_a_number_of_a_channel_a_reach_or_a_frequency_is_no_factor(name: str) -> None:
+    found = understand(name)
+    assert found is None or not found.unit_doubt
