@@ -74,7 +74,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
             rising = index, sheet.unit_written(index) or unit_of_numbers(float(values[0])) or "s"
     if rising is not None:
-        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units time={rising[1]}"
+        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units {in_shell(f'time={rising[1]}')}"
         return f'no time is read; "{name}" rises from row to row as one does: if it is one, {asked}'
     if counter is None:
         return ""
