@@ -28,6 +28,16 @@ _DOTTED = re.compile(
 _COMPACT = re.compile(r"(?P<date>(?:19|20)\d{6})[ _-]?(?P<clock>\d{6})(?P<part>[.,]\d{1,9})?")
 _BARE = re.compile(r"(?P<h>\d{0,2}?)(?P<m>\d{2})(?P<s>\d{2})(?P<part>[.,]\d{1,9})?")
 _BARE_FORMS = frozenset(["hhmmss", "hmmss", "hh mm ss"])
+# Names of the parts of a time in columns of their own.
+_PARTS = {
+    word: part
+    for part, listed in (
+        ("h", "hour hours h hr hrs hh std stunde stunden heure heures hora horas ora ore"),
+        ("m", "minute minutes min mins mm minuten minuto minutos minuti"),
+        ("s", "second seconds sec secs s ss sekunde sekunden sek seconde secondes segundo segundos secondi"),
+    )
+    for word in listed.split()
+}
 # A number, or a time of day, and the digits behind its point.
 _SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1,9})")
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
@@ -37,7 +47,8 @@ _COUNTED, _EVEN = (3, 6, 9), 0.5
 def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
     """Write times of day without colons, and seconds whose milliseconds are not filled up with zeros, as they are usually.
 
-    A column is rewritten if all of its cells are such times and go on as these do; each is noted.
+    Hours, minutes and seconds in columns beside each other are put together. A column is rewritten if all of its cells are such
+    times and go on as these do; each is noted.
 
     Parameters
     ----------
@@ -49,6 +60,7 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
     InputError
         If milliseconds seem to be written without zeros before them, but do not go on evenly so.
     """
+    sheet = _of_parts(sheet, reading)
     if sheet.text.typed:
         return sheet
     columns, notes = list(sheet.columns), list(sheet.notes)
@@ -90,6 +102,59 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         )
         columns[index] = filled
     return replace(sheet, columns=tuple(columns), notes=tuple(notes))
+
+
+def _part(name: str) -> str:
+    """Which part of a time a column is called after: "h", "m", "s", or "" for none."""
+    return _PARTS.get(re.sub(r"[\W_]+", " ", name.lower()).strip(), "")
+
+
+def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
+    """Put minutes and seconds, and hours before them, together where they stand in columns beside each other and go on as one.
+
+    Where they do not, none of them is a time.
+    """
+    parts = "".join(_part(name) or " " for name in sheet.names)
+    at = parts.find("ms")
+    if at < 0 or parts.count("ms") > 1:
+        return sheet
+    seconds = at + 1
+    own = list(range(at - (at > 0 and parts[at - 1] == "h"), seconds + 1))
+    if len(own) == 2 and sheet.names[at].strip().lower() == "mm":
+        return sheet  # millimetres
+    others = {i for i, h in sheet.headings().items() if h.quantity == "time"} - set(own)
+    given = {sheet.assigned.get(i) for i in own} - {None}
+    if others or set(own) & set(sheet.set_aside) or (given and sheet.assigned.get(seconds) != "time"):
+        return sheet
+    names = [f'"{sheet.names[i]}"' for i in own]
+    values = np.array([to_numbers([c.strip().replace(",", ".") for c in sheet.columns[i]], ".").values for i in own])
+    there = np.all(np.isfinite(values), axis=0)
+    within = values[:, there]
+    whole = np.all(within[:-1] % 1 == 0) and np.all(within >= 0) and np.all(within[-1] < 60)
+    if within.shape[1] < _FEWEST or not whole or (len(own) == 3 and np.any(within[:2] >= np.array([[24.0], [60.0]]))):
+        return sheet
+    total = 60.0 * values[-2] + values[-1] + (3600.0 * values[0] if len(own) == 3 else 0.0)
+    steps = np.diff(total[there])
+    falls = steps < 0
+    if np.any(falls & ((steps > -_DAY / 2) | (len(own) == 2))) or not np.any(steps > 0):
+        aside = {i: f"does not go on with {names[-2]}" for i in own[-1:] if i not in sheet.headings()}
+        return replace(sheet, set_aside={**sheet.set_aside, **aside})
+    exact = reading.units.get("time") == "s" and seconds in sheet.assigned
+    cells = [_clock_of(t, exact=exact) if ok else "" for t, ok in zip(total.tolist(), there.tolist(), strict=True)]
+    aside = dict.fromkeys(own[:-1], f"a part of the time, put together with {names[-1]}")
+    note = f"{', '.join(names[:-1])} and {names[-1]} are the parts of one time: it is put together from them"
+    columns = (*sheet.columns[:seconds], cells, *sheet.columns[seconds + 1 :])
+    return replace(sheet, columns=columns, set_aside={**sheet.set_aside, **aside}, notes=(*sheet.notes, note))
+
+
+def _clock_of(total: float, *, exact: bool) -> str:
+    """A time as one of day, or in seconds if `exact`, with as many digits as a clock has."""
+    if exact:
+        return f"{total:.6f}"
+    micros = round(total * 1e6)
+    minutes, rest = divmod(micros, 60_000_000)
+    decimals = f".{rest % 1_000_000:06d}" if rest % 1_000_000 else ""
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest // 1_000_000:02d}{decimals}"
 
 
 def _seconds(cells: Sequence[str]) -> FloatArray:

@@ -154,3 +154,50 @@ def test_ticks_since_the_year_1_are_told_with_the_unit_that_reads_them(tmp_path:
     assert '--units "time=100 ns"' in refused.value.faults[0].advice
     time = record(tmp_path, "Time", cell, {"time": "100 ns"}).columns["time"]
     np.testing.assert_allclose(np.diff(time), 0.2, atol=3e-5)
+
+
+# --------------------------------------------------------------------------------------------------------- parts in columns
+
+
+@pytest.mark.parametrize("head", ["Hour;Minute;Second", "hh;mm;ss", "h;min;s", "Std;Min;Sek"])
+@pytest.mark.parametrize(("pattern", "step"), [("%H;%M;%S.%L", 0.45), ("%H;%M;%S", 1.0)])
+@pytest.mark.parametrize("start", [37351.0, 86380.0])
+def test_hours_minutes_and_seconds_in_columns_are_one_time(
+    tmp_path: Path, head: str, pattern: str, step: float, start: float
+) -> None:
+    seconds = steady(start, step)
+    table = record(tmp_path, head, lambda i: written(pattern, seconds[i]))
+    assert_steps(table, seconds, "are the parts of one time")
+
+
+@pytest.mark.parametrize("head", ["min;s", "Minute;Second"])
+def test_so_are_minutes_and_seconds_which_may_pass_the_hour(tmp_path: Path, head: str) -> None:
+    seconds = steady(3500.0, 1.5)
+    table = record(tmp_path, head, lambda i: f"{seconds[i] // 60:.0f};{seconds[i] % 60:.3f}")
+    assert_steps(table, seconds, "are the parts of one time")
+
+
+def test_seconds_that_do_not_go_on_with_their_minutes_are_no_time_and_not_advised(tmp_path: Path) -> None:
+    table = record(tmp_path, "Minute;Second", lambda i: f"{(i // 50) % 2};{0.3 * i:.3f}")
+    assert "time" not in table.columns
+    assert not any("--columns" in note for note in table.notes)
+
+
+def test_a_least_value_beside_a_distance_is_no_part_of_a_time(tmp_path: Path) -> None:
+    table = record(tmp_path, "min;s", lambda i: f"{0.5 + 0.001 * i:.3f};{i / 10:.1f}")
+    assert not any("parts of one time" in note for note in table.notes)
+
+
+def test_millimetres_beside_seconds_are_no_minutes(tmp_path: Path) -> None:
+    table = record(tmp_path, "mm;s", lambda i: f"{i // 40};{0.3 * i:.1f}")
+    assert not any("put together" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("units", [None, {"time": "s"}])
+def test_the_seconds_that_the_user_names_are_put_together_likewise(tmp_path: Path, units: Mapping[str, str] | None) -> None:
+    path = tmp_path / "named.csv"
+    stamps = [written("%H;%M;%S.%L", 37351.25 + 0.5 * i) for i in range(N)]
+    rows = [f"{at};{x:.4f};{f:.4f}" for at, x, f in zip(stamps, PLACE, LOAD, strict=True)]
+    path.write_text("\n".join(["Hour;Minute;Second;Displacement (mm);Force (N)", *rows, ""]), encoding="utf-8")
+    table = read_lab_file(path, Reading(columns={"time": "Second"}, units=units or {}))
+    assert_steps(table, steady(37351.25, 0.5), "are the parts of one time")
