@@ -201,3 +201,20 @@ def test_the_seconds_that_the_user_names_are_put_together_likewise(tmp_path: Pat
     path.write_text("\n".join(["Hour;Minute;Second;Displacement (mm);Force (N)", *rows, ""]), encoding="utf-8")
     table = read_lab_file(path, Reading(columns={"time": "Second"}, units=units or {}))
     assert_steps(table, steady(37351.25, 0.5), "are the parts of one time")
+
+
+# ----------------------------------------------------------------------------------------------------- stamps before lines
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+@pytest.mark.parametrize("own", [True, False])
+def test_stamps_of_a_serial_monitor_are_a_column_and_the_time_if_there_is_no_other(tmp_path: Path, sep: str, own: bool) -> None:
+    lines = [sep.join(["time_ms"] * own + ["disp_um", "force_mN"])]
+    for i, (x, f) in enumerate(zip(PLACE, LOAD, strict=True)):
+        lines.append(sep.join([f"{100 * i}"] * own + [f"{1e3 * x:.0f}", f"{1e3 * f:.1f}"]))
+    path = tmp_path / "serial.txt"
+    stamps = [written("%H:%M:%S.%L", 37350.9 + 0.025 * i) for i in range(len(lines))]
+    path.write_text("\n".join(f"{at} -> {line}" for at, line in zip(stamps, lines, strict=True)) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert_steps(table, steady(0.0, 0.1 if own else 0.025), "a serial monitor")
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=6e-5)
