@@ -70,8 +70,10 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     width = len(sheet.names)
     chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
+    stray = _with_a_stray_cell(chosen, width, sheet.delimiter)
+    chosen = [[c for c in row if c.strip()] if i in stray else row for i, row in enumerate(chosen)]
     _check_width(sheet, chosen, lines, width)
-    short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width)
+    short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width) | stray
     full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
     own = next(b for b in blocks if b.rows[0] in kept)
     units = own.units if own.units is not None and own.units_line != sheet.units_line else None
@@ -359,6 +361,27 @@ def _fits_once_moved(row: Sequence[str], width: int) -> bool:
         and bool(row[width].strip())
         and not any(c.strip() for c in row[width + 1 :])
     )
+
+
+# Rows with a stray empty cell are fewer than this share of the full ones.
+_FEW_STRAY = 0.05
+#: What the reason says of such a row.
+OF_STRAY = "one of them empty"
+
+
+def _with_a_stray_cell(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> dict[int, str]:
+    """Single rows with a cell too many, one of them empty within the row, where others are full: row -> why it is left out."""
+    if delimiter == " ":
+        return {}
+    stray = [
+        i
+        for i, row in enumerate(rows)
+        if len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) and [c.strip() for c in row].count("") == 1
+    ]
+    n_full = sum(len(row) == width and all(map(str.strip, row)) for row in rows)
+    if len(stray) > _FEW_STRAY * n_full:
+        return {}
+    return dict.fromkeys(stray, f"{width + 1} cells, {OF_STRAY}, where most rows have {width}")
 
 
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:

@@ -75,7 +75,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
             own = sheet.unit_written(index) or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
             rising = index, own or unit_of_numbers(float(values[0])) or "s"
     if rising is not None:
-        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units time={rising[1]}"
+        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units {in_shell(f'time={rising[1]}')}"
         return f'no time is read; "{name}" rises from row to row as one does: if it is one, {asked}'
     if counter is None:
         return ""

@@ -21,6 +21,7 @@ from calib.lab.instruments.lines import FEW_ROWS
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import CellTypes, Part
+from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
@@ -94,7 +95,7 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
         return replace(table, notes=(*text.notes, *table.notes))
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
-    sheet = with_plain_cells(sheet if found is None else found.sheet, reading)
+    sheet = with_plain_clocks(with_plain_cells(sheet if found is None else found.sheet, reading), reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:

@@ -12,7 +12,7 @@ from operator import contains
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.blocks import SPECIMEN, block_table
+from calib.lab.instruments.blocks import OF_STRAY, SPECIMEN, block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.header import split_blanks, split_line
@@ -88,7 +88,8 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     ]
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
-    short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
+    fewer = "fewer or more" if any(OF_STRAY in why for why in table.reasons.values()) else "fewer"
+    short = [f"{n_short} row(s) with {fewer} cells than most are left out, the first in line {first}"] if n_short else []
     if table.units is not None:
         sheet = replace(sheet, units=table.units, units_line=table.units_line)
     return replace(

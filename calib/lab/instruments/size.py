@@ -88,7 +88,6 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
         written = own[row].strip()
         if others and all(map(str.isdigit, cells)) and len(written.lstrip("+-\u2212")) >= digits:
             unit = sheet.unit_written(places[quantity]) or SI_UNIT[quantity]
-            decimals = max(len(re.split(r"[.,]", c.strip())[-1]) for c in others)
             faults.append(
                 Fault(
                     f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '
@@ -97,8 +96,8 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
                     int(sheet.lines[row]),
                     places[quantity] + 1,
                     advice="Export the file again from the instrument's software; if the numbers are whole, say their unit "
-                    f"once more: --units {shown}={unit}; if all have lost as many decimals, such as {decimals}: "
-                    f'--units "{shown}=1e-{decimals} {unit}"',
+                    f"once more: --units {shown}={unit}; if all have lost as many decimals, with their number: "
+                    f'--units "{shown}=1e-... {unit}"',
                 )
             )
     return faults

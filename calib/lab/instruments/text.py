@@ -32,6 +32,8 @@ _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "
 _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")(?=[,;\t\n]|\Z)')
 # A line in quotes as a whole, those within it written twice.
 _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
+# What the serial monitor of Arduino writes before each line, and the name of the column that this becomes.
+_STAMP, _OF_STAMPS = re.compile(r"\s*(?P<stamp>\d{2}:\d{2}:\d{2}(?:\.\d{1,6})?) -> ?"), "received"
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -139,10 +141,29 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    if "->" in text and (stamped := _with_stamps_in_cells(text.split("\n"))):
+        text = "\n".join(stamped)
+        notes.append('a time and "->" stand before every line, as a serial monitor writes them: these times are a column')
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
     return text, tuple(notes)
+
+
+def _with_stamps_in_cells(lines: list[str]) -> list[str]:
+    """The lines with the stamps before "->" in a cell of their own; [] if one has none, or no mark stands between cells."""
+    found = [_STAMP.match(line) for line in lines]
+    if not any(found) or any(match is None and line.strip() for match, line in zip(found, lines, strict=True)):
+        return []
+    rest = [line[match.end() :] if match is not None else "" for match, line in zip(found, lines, strict=True)]
+    last = next((line for line in reversed(rest) if line.strip()), "")
+    mark = next((mark for mark in "\t;," if mark in last), "")
+    if not mark:
+        return []
+    return [
+        f"{match['stamp'] if line[:1] in '-+.' or line[:1].isdigit() else _OF_STAMPS}{mark}{line}" if match is not None else ""
+        for match, line in zip(found, rest, strict=True)
+    ]
 
 
 def _unquoted(lines: list[str]) -> list[str]:

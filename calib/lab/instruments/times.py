@@ -24,6 +24,8 @@ _NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0))
 # No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
 _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _DAY = 86_400.0
+# What .NET counts since the year 1, and how many there are of it in the years 2010 to 2036.
+TICK, _TICKS = "100 ns", (6.339e17, 6.424e17)
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
@@ -141,17 +143,22 @@ def time_faults(
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
     said_days = reading.units.get("time") is not None and factor == _DAY and any(low < number < high for low, high in _DAYS)
-    if largest > _EPOCH[1] and not said_days:
+    said_ticks = reading.units.get("time") is not None and factor == 1e-7 and _TICKS[0] < number < _TICKS[1]
+    if largest > _EPOCH[1] and not said_days and not said_ticks:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
         unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
+        if _TICKS[0] < number < _TICKS[1]:
+            ticks = f'If they are ticks of 100 ns since the year 1, say so: --units "time={TICK}"'
+            return fault(0, words, f"{ticks}, {WITHOUT}")
         return fault(
             0,
             words,
             f"{_WHICH}{unit} if they count from 1970, {WITHOUT}" if unit else f"Export the time in seconds, {WITHOUT}",
         )
-    if factor and _counts_clock(time / factor):
+    if factor and counts_clock(time / factor):
         words = f'"{written}" seems to be hours, minutes and seconds written as one number'
-        return fault(0, words, f"Export the time in seconds, {WITHOUT}")
+        read_so = "Leave its unit out to have it read so, or export" if "time" in reading.units else "Export"
+        return fault(0, words, f"{read_so} the time in seconds, {WITHOUT}")
     if "time" in reading.units:
         return []
     if factor != 1.0 and _NOW[0] < number < _NOW[1]:
@@ -176,6 +183,8 @@ def unit_of_numbers(number: float) -> str:
     ('ns', 'day', '')
     """
     since_1970 = next((unit for unit, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "")
+    if _TICKS[0] < number < _TICKS[1]:
+        return TICK
     return since_1970 or ("day" if any(low < number < high for low, high in _DAYS) else "")
 
 
@@ -345,7 +354,7 @@ def copied_rows(values: Mapping[str, FloatArray]) -> list[int]:
     return copies.tolist() if copies.size == np.count_nonzero(at_once) else []
 
 
-def _counts_clock(numbers: FloatArray) -> bool:
+def counts_clock(numbers: FloatArray) -> bool:
     """Whether numbers read as 120059.9, 120100.0: no part of sixty is passed, and they jump by forty where a minute is full."""
     if np.any(numbers < 0) or np.any(numbers >= 240_000) or numbers[-1] < 100:
         return False

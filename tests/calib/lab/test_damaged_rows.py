@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -256,3 +257,33 @@ def test_times_too_coarse_to_tell_readings_apart_make_no_copies(tmp_path: Path) 
     force = np.round(F, 1)
     lines = [f"{i // 5},{x:.5f},{f:.1f}" for i, (x, f) in enumerate(zip(np.where(X < 0.1, 0.0, X), force, strict=True))]
     assert not any("once more" in reason for reason in read(tmp_path, lines).reasons)
+
+
+def _with_stray_cells(folder: Path, rows_with: Sequence[int], place: int, sep: str, n: int = 90) -> LabTable:
+    cells = [[f"{0.05 * i:.3f}", f"{0.01 * i:.4f}", f"{0.02 * max(0, i - 20):.4f}", f"{97 + 0.01 * i:.4f}"] for i in range(n)]
+    for i in rows_with:
+        cells[i].insert(place, "")
+    head = sep.join(("Time (s)", "Displacement (mm)", "Force (N)", "Capacitance (pF)"))
+    path = folder / "stray.csv"
+    path.write_text("\n".join([head, *map(sep.join, cells), ""]), encoding="utf-8")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+@pytest.mark.parametrize("place", [1, 2, 3])
+def test_a_row_with_a_stray_empty_cell_is_left_out_with_the_reason(tmp_path: Path, sep: str, place: int) -> None:
+    table = _with_stray_cells(tmp_path, [40], place, sep)
+    assert [i for i, why in enumerate(table.reasons) if why] == [40]
+    assert table.reasons[40] == "5 cells, one of them empty, where most rows have 4"
+    assert any("fewer or more cells than most are left out, the first in line 42" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("rows_with", [range(20, 40), range(90)])
+def test_many_rows_with_a_cell_too_many_are_refused(tmp_path: Path, rows_with: Sequence[int]) -> None:
+    with pytest.raises(InputError):
+        _with_stray_cells(tmp_path, rows_with, 1, ",")
+
+
+def test_a_row_that_begins_with_an_empty_cell_is_refused_as_before(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="begins with an empty cell"):
+        _with_stray_cells(tmp_path, [40], 0, ",")

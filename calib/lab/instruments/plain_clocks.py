@@ -1,0 +1,258 @@
+"""From a `Sheet` to the same with times in their usual form: "10.22.31", "102231", milliseconds not filled up with zeros."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime
+
+import numpy as np
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.clock import WITHOUT, read_clock
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.times import counts_clock
+from models.sensor import FloatArray
+
+# Rows from which on times tell how they are written; the middle step of a press [s], and the share of steps that may fall.
+_FEWEST, _PACE, _FALLS = 9, 60.0, 0.1
+_DAY = 86_400.0
+# "10.22.31", "20.11.2026 10.22.31,250", as they are written in Finnish, Danish and Italian.
+_DOTTED = re.compile(
+    r"(?P<date>\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ,]+)?(?:kl\.? ?)?(?P<h>[01]?\d|2[0-3])\.(?P<m>[0-5]\d)\.(?P<s>[0-5]\d)"
+    r"(?P<part>[.,]\d{1,9})?"
+)
+_COMPACT = re.compile(r"(?P<date>(?:19|20)\d{6})[ _-]?(?P<clock>\d{6})(?P<part>[.,]\d{1,9})?")
+_BARE = re.compile(r"(?P<h>\d{0,2}?)(?P<m>\d{2})(?P<s>\d{2})(?P<part>[.,]\d{1,9})?")
+_BARE_FORMS = frozenset(["hhmmss", "hmmss", "hh mm ss"])
+# Names of the parts of a time in columns of their own.
+_PARTS = {
+    word: part
+    for part, listed in (
+        ("h", "hour hours h hr hrs hh std stunde stunden heure heures hora horas ora ore"),
+        ("m", "minute minutes min mins mm minuten minuto minutos minuti"),
+        ("s", "second seconds sec secs s ss sekunde sekunden sek seconde secondes segundo segundos secondi"),
+    )
+    for word in listed.split()
+}
+# A number, or a time of day, and the digits behind its point.
+_SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1,9})")
+# Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
+_COUNTED, _EVEN = (3, 6, 9), 0.5
+
+
+def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
+    """Write times of day without colons, and seconds whose milliseconds are not filled up with zeros, as they are usually.
+
+    Hours, minutes and seconds in columns beside each other are put together. A column is rewritten if all of its cells are such
+    times and go on as these do; each is noted.
+
+    Parameters
+    ----------
+    sheet : the record.
+    reading : what the user says of the file: a column whose unit of time is said is no clock without marks.
+
+    Raises
+    ------
+    InputError
+        If milliseconds seem to be written without zeros before them, but do not go on evenly so.
+    """
+    sheet = _of_parts(sheet, reading)
+    if sheet.text.typed:
+        return sheet
+    columns, notes = list(sheet.columns), list(sheet.notes)
+    headings = sheet.headings()
+    for index in range(min(len(sheet.names), len(columns))):
+        heading = headings.get(index)
+        is_time = heading is not None and heading.quantity == "time"
+        if index in sheet.set_aside or not (is_time or heading is None):
+            continue
+        name = sheet.names[index] or f"column {index + 1}"
+        dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
+        if dotted is not None:
+            first = next(c for c in columns[index] if c.strip()).strip()
+            notes.append(f'"{name}": "{first}" is read as a time of day, {next(c for c in dotted if c)}')
+            columns[index] = dotted
+        if not is_time:
+            continue
+        unit = (heading.unit if heading is not None else "") or sheet.unit_below(index)
+        bare = _bare(columns[index], told=unit.lower().strip() in _BARE_FORMS)
+        if bare is not None and "time" not in reading.units and (not unit or unit.lower().strip() in _BARE_FORMS):
+            first = next(c for c in columns[index] if c.strip()).strip()
+            notes.append(
+                f'"{name}": "{first}" is read as hours, minutes and seconds without marks, {next(c for c in bare if c)}'
+            )
+            columns[index] = bare
+        filled = _filled_up(columns[index])
+        if filled is None:
+            continue
+        cells = [c.strip() for c in columns[index]]
+        short = next(k for k, (a, b) in enumerate(zip(cells, filled, strict=True)) if a != b and not re.search(r"[.,]0$", a))
+        written = cells[short]
+        if max(map(_n_decimal, cells)) not in _COUNTED or not _is_even(_seconds(filled)):
+            message = f'column "{name}": "{written}" seems to be {filled[short]}, the zeros before its milliseconds left away'
+            advice = f'Log the time in milliseconds, or with all three digits ("%d.%03d"), {WITHOUT}'
+            raise InputError(Fault(message, sheet.text.path, int(sheet.lines[short]), index + 1, advice=advice))
+        notes.append(
+            f'"{name}": the parts of a second are written without zeros before them: "{written}" is read as {filled[short]}, '
+            "as the times go on evenly so"
+        )
+        columns[index] = filled
+    return replace(sheet, columns=tuple(columns), notes=tuple(notes))
+
+
+def _part(name: str) -> str:
+    """Which part of a time a column is called after: "h", "m", "s", or "" for none."""
+    return _PARTS.get(re.sub(r"[\W_]+", " ", name.lower()).strip(), "")
+
+
+def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
+    """Put minutes and seconds, and hours before them, together where they stand in columns beside each other and go on as one.
+
+    Where they do not, none of them is a time.
+    """
+    parts = "".join(_part(name) or " " for name in sheet.names)
+    at = parts.find("ms")
+    if at < 0 or parts.count("ms") > 1:
+        return sheet
+    seconds = at + 1
+    own = list(range(at - (at > 0 and parts[at - 1] == "h"), seconds + 1))
+    if len(own) == 2 and sheet.names[at].strip().lower() == "mm":
+        return sheet  # millimetres
+    others = {i for i, h in sheet.headings().items() if h.quantity == "time"} - set(own)
+    given = {sheet.assigned.get(i) for i in own} - {None}
+    if others or set(own) & set(sheet.set_aside) or (given and sheet.assigned.get(seconds) != "time"):
+        return sheet
+    names = [f'"{sheet.names[i]}"' for i in own]
+    values = np.array([to_numbers([c.strip().replace(",", ".") for c in sheet.columns[i]], ".").values for i in own])
+    there = np.all(np.isfinite(values), axis=0)
+    within = values[:, there]
+    whole = np.all(within[:-1] % 1 == 0) and np.all(within >= 0) and np.all(within[-1] < 60)
+    if within.shape[1] < _FEWEST or not whole or (len(own) == 3 and np.any(within[:2] >= np.array([[24.0], [60.0]]))):
+        return sheet
+    total = 60.0 * values[-2] + values[-1] + (3600.0 * values[0] if len(own) == 3 else 0.0)
+    steps = np.diff(total[there])
+    falls = steps < 0
+    if np.any(falls & ((steps > -_DAY / 2) | (len(own) == 2))) or not np.any(steps > 0):
+        aside = {i: f"does not go on with {names[-2]}" for i in own[-1:] if i not in sheet.headings()}
+        return replace(sheet, set_aside={**sheet.set_aside, **aside})
+    exact = reading.units.get("time") == "s" and seconds in sheet.assigned
+    cells = [_clock_of(t, exact=exact) if ok else "" for t, ok in zip(total.tolist(), there.tolist(), strict=True)]
+    aside = dict.fromkeys(own[:-1], f"a part of the time, put together with {names[-1]}")
+    note = f"{', '.join(names[:-1])} and {names[-1]} are the parts of one time: it is put together from them"
+    columns = (*sheet.columns[:seconds], cells, *sheet.columns[seconds + 1 :])
+    return replace(sheet, columns=columns, set_aside={**sheet.set_aside, **aside}, notes=(*sheet.notes, note))
+
+
+def _clock_of(total: float, *, exact: bool) -> str:
+    """A time as one of day, or in seconds if `exact`, with as many digits as a clock has."""
+    if exact:
+        return f"{total:.6f}"
+    micros = round(total * 1e6)
+    minutes, rest = divmod(micros, 60_000_000)
+    decimals = f".{rest % 1_000_000:06d}" if rest % 1_000_000 else ""
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest // 1_000_000:02d}{decimals}"
+
+
+def _seconds(cells: Sequence[str]) -> FloatArray:
+    there = next((c for c in cells if c), "")
+    return read_clock(cells).seconds if ":" in there else to_numbers([c.replace(",", ".") for c in cells], ".").values
+
+
+def _goes_on(seconds: FloatArray, *, n_least: int = _FEWEST) -> bool:
+    """Whether times go on as those of a press do, but for a few."""
+    there = seconds[np.isfinite(seconds)]
+    steps = np.diff(there)
+    if there.size < n_least or not np.any(steps > 0):
+        return False
+    falls = np.count_nonzero((steps < 0) & (steps > -_DAY / 2))
+    return bool(np.median(np.abs(steps)) <= _PACE and falls <= _FALLS * steps.size)
+
+
+def _rewritten(cells: Sequence[str], one: Callable[[str], str | None]) -> list[str] | None:
+    """The cells in the usual form, if each is empty or a time of that other one, and they go on."""
+    found: list[str] = []
+    for cell in cells:
+        text = one(cell.strip()) if cell.strip() else ""
+        if text is None:
+            return None
+        found.append(text)
+    return found if any(found) and _goes_on(read_clock(found).seconds) else None
+
+
+def _from_dots(cell: str) -> str | None:
+    match = _DOTTED.fullmatch(cell)
+    if match is None:
+        return None
+    return f"{(match['date'] or '').replace(',', ' ')}{match['h']}:{match['m']}:{match['s']}{match['part'] or ''}"
+
+
+def _from_digits(cell: str) -> str | None:
+    match = _COMPACT.fullmatch(cell)
+    if match is None:
+        return None
+    try:
+        time = datetime.strptime(match["date"] + match["clock"], "%Y%m%d%H%M%S")
+    except ValueError:
+        return None
+    return f"{time:%Y-%m-%d %H:%M:%S}{match['part'] or ''}"
+
+
+def _bare(cells: Sequence[str], *, told: bool) -> list[str] | None:
+    """Hours, minutes and seconds without marks with colons; where nobody says that they are, if they jump as such do."""
+    found: list[str] = []
+    for cell in cells:
+        match = _BARE.fullmatch(cell.strip()) if cell.strip() else None
+        if cell.strip() and (match is None or match["m"] > "59" or match["s"] > "59" or int(match["h"] or 0) > 23):
+            return None
+        found.append("" if match is None else f"{int(match['h'] or 0):02d}:{match['m']}:{match['s']}{match['part'] or ''}")
+    if not any(found) or not _goes_on(read_clock(found).seconds):
+        return None
+    numbers = to_numbers([c.strip().replace(",", ".") for c in cells], ".").values
+    return found if told or counts_clock(numbers[np.isfinite(numbers)]) else None
+
+
+def _filled_up(cells: Sequence[str]) -> list[str] | None:
+    """The cells with zeros before the parts of their seconds, where these are counted and not filled up; None where not.
+
+    Decimals that end in 0 are written to the last digit, and then all have as many: those of several lengths are counted. None
+    begins with 0, and as a count they never fall.
+    """
+    there = [c.strip() for c in cells if c.strip()]
+    if len(there) < _FEWEST:
+        return None
+    parts: list[str] = []
+    shortest: dict[int, int] = {}
+    longest = 0
+    for cell in there:
+        match = _SPLIT.fullmatch(cell)
+        if match is None or (len(match["part"]) > 1 and match["part"][0] == "0"):
+            return None
+        part, n_whole = match["part"], len(match["whole"])
+        parts.append(part)
+        if part != "0":
+            shortest[n_whole] = min(shortest.get(n_whole, 9), len(part))
+        longest = max(longest, len(part))
+    # Numbers of so many digits in all have fewer decimals where they are larger.
+    several = any(len(part) > shortest.get(len(cell) - len(part) - 1, 9) for cell, part in zip(there, parts, strict=True))
+    if not several or not any(len(part) > 1 and part[-1] == "0" for part in parts):
+        return None
+    n_digit = next(n for n in _COUNTED if longest <= n)
+    filled = [f"{c.strip()[: -len(p)]}{p:0>{n_digit}}" for c, p in zip(there, parts, strict=True)]
+    if np.any(np.diff(_seconds(filled)) < 0):
+        return None
+    rest = iter(filled)
+    return [next(rest) if c.strip() else "" for c in cells]
+
+
+def _n_decimal(cell: str) -> int:
+    return len(re.split("[.,]", cell)[-1]) if cell else 0
+
+
+def _is_even(seconds: FloatArray) -> bool:
+    steps = np.diff(seconds[np.isfinite(seconds)])
+    usual = float(np.median(steps))
+    return usual > 0 and bool(np.all(np.abs(steps - usual) <= _EVEN * usual))
