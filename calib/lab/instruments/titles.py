@@ -195,7 +195,7 @@ def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> b
 
 def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) -> bool:
     """Whether a row below the units, as Origin has one, says of columns what leaves them as they are, and names none anew."""
-    if len(cells) != len(names) or not any(c.strip() for c in cells):
+    if not len(cells) == len(names) == len(units) or not any(c.strip() for c in cells):
         return False
     for cell, name, unit in zip(cells, names, units, strict=True):
         if not cell.strip():

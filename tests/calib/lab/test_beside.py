@@ -432,3 +432,11 @@ def test_a_standard_deviation_is_no_force(tmp_path: Path, header: str) -> None:
     rows = [f"{t},{x},{f},{1.02 * f:.4f},{1.01 * f:.4f},{0.01 * f:.4f}" for t, x, f in ROWS]
     path.write_text("\n".join([f"Time (s),Displacement (mm),{header}", *rows]) + "\n")
     assert "SD (N)" in refusal(path)
+
+
+@pytest.mark.parametrize("units", ["s,mm", "s,mm,N,N"])
+def test_comments_below_units_that_are_not_as_many_as_the_names_end_in_no_traceback(tmp_path: Path, units: str) -> None:
+    path = tmp_path / "a.csv"
+    rows = [",".join(map(str, row)) for row in ROWS]
+    path.write_text("\n".join(["Time,Displacement,Force", units, "clock,stage,cell", *rows]) + "\n")
+    assert refusal(path)
