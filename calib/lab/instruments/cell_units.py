@@ -15,6 +15,7 @@ from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, to_numbers
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.unit_choice import written_unit
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import Heading
 
@@ -50,8 +51,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
         asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))
-        written = heading.unit or sheet.unit_below(index)
-        written = written or sheet.declared_units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ("", 0))[0]
+        written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
             found = _without_units(columns[index], heading, asked or written)

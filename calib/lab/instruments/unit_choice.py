@@ -121,6 +121,18 @@ def units_to_say(quantity: str) -> str:
     return f"--units {shown}=..., one of {', '.join(units)}{factor}"
 
 
+def written_unit(sheet: Sheet, index: int, heading: Heading) -> str:
+    """The unit that the file itself gives a column, in its name, below it, or above the table; "" if it gives none.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    """
+    declared = sheet.declared_units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ("", 0))[0]
+    return heading.unit or sheet.unit_below(index) or declared
+
+
 def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> str:
     """The unit that the file names of a column where the user says another one; "" where they agree or one of them says none.
 
@@ -131,8 +143,7 @@ def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) ->
     reading : what the user says of the file.
     """
     quantity = heading.quantity
-    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
-    asked, written = _asked_unit(quantity, reading), heading.unit or sheet.unit_below(index) or declared
+    asked, written = _asked_unit(quantity, reading), written_unit(sheet, index, heading)
     if asked is None or not written or heading.unit_doubt:
         return ""
     if not is_unit_of(written, quantity):
@@ -175,8 +186,7 @@ def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, read
     reading : what the user says of the file.
     """
     quantity = heading.quantity
-    written = heading.unit or sheet.unit_below(index)
-    written = written or sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    written = written_unit(sheet, index, heading)
     if _asked_unit(quantity, reading) is None or not written or not is_unit_of(written, quantity):
         return False
     return bool(np.isclose(lab_factor(written, quantity), factor, rtol=1e-12))
@@ -198,10 +208,7 @@ def unit_in_words(sheet: Sheet, index: int, heading: Heading, reading: Reading) 
     index, heading : which of its columns, and what it holds.
     reading : what the user says of the file.
     """
-    quantity = heading.quantity
-    written = heading.unit or sheet.unit_below(index)
-    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
-    return _asked_unit(quantity, reading) or written or declared
+    return _asked_unit(heading.quantity, reading) or written_unit(sheet, index, heading)
 
 
 def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading, *, clock: bool) -> str:
