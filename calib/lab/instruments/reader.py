@@ -95,6 +95,8 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
         return replace(table, notes=(*text.notes, *table.notes))
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
+    if found is not None and found.sheet.declared_decimal:
+        reading = replace(reading, decimal="")  # it was for the texts, which are numbers now
     sheet = with_plain_clocks(with_plain_cells(sheet if found is None else found.sheet, reading), reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)

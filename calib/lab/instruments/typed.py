@@ -67,19 +67,24 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     marked = {column for kind in kinds for _, column in kind}
     if sheet.delimiter != "\t" or not marked:
         return Certain(sheet, (), MappingProxyType({}))
-    faults: list[Fault] = []
-    notes: list[str] = []
-    reasons: dict[int, str] = {}
     columns = list(sheet.columns)
     units = list(sheet.units)
+    read: list[_Column] = []
     for index, heading in sheet.headings().items():
         if heading.quantity == "status" or index not in marked:
             continue
         places = [(line, index) for line in sheet.lines.tolist()]
         unit = heading.unit or sheet.unit_below(index)
-        column = _Column(index, heading.quantity, unit, columns[index], places)
+        read.append(_Column(index, heading.quantity, unit, columns[index], places))
+    texts = {column.index: _texts(column, types, typed=sheet.text.typed) for column in read}
+    marks, told, doubts = _marks_of_texts(read, texts, reading)
+    faults = [replace(fault, path=sheet.text.path) for fault in doubts]
+    notes = [*told]
+    reasons: dict[int, str] = {}
+    for column in read:
+        index = column.index
         found = [*_uncalculated(column, types), *_dates(column, types)]
-        cells, said = _numbers_in_text(column, types, reading, found)
+        cells, said = _numbers_in_text(column, texts[index], marks.get(index, ""), found)
         notes += said
         cells, unit_shown, said = _as_shown(replace(column, cells=cells), types, reading, found)
         notes += said
@@ -95,7 +100,16 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     units_line = sheet.units_line
     if units_line is None and any(units):
         units_line = sheet.header_line
-    whole = replace(sheet, columns=tuple(columns), units=tuple(units), units_line=units_line)
+    # What was text is written with a point now; cells with words may hold another mark still.
+    left = [i for i, heading in sheet.headings().items() if heading.quantity != "status" and not texts.get(i, _NO_TEXTS).rows]
+    pointed = any(of.rows for of in texts.values()) and not any("," in cell for i in left for cell in columns[i])
+    whole = replace(
+        sheet,
+        columns=tuple(columns),
+        units=tuple(units),
+        units_line=units_line,
+        declared_decimal="." if pointed else sheet.declared_decimal,
+    )
     return Certain(whole, tuple(notes), MappingProxyType(reasons))
 
 
@@ -163,36 +177,67 @@ _DATED = (
 _DECIMAL = Choice("decimal", (",", "."))
 
 
-def _numbers_in_text(
-    column: _Column, types: CellTypes, reading: Reading, faults: list[Fault]
-) -> tuple[Sequence[str], tuple[str, ...]]:
-    """The cells with numbers written as text made numbers; notes on them, and faults where they are in doubt."""
-    in_text = [i for i, place in enumerate(column.places) if place in types.texts]
-    if not in_text:
+@dataclass(frozen=True)
+class _Texts:
+    """The rows of a column with a number written as text, and those with a number of the workbook."""
+
+    rows: Sequence[int]
+    typed: Sequence[int]
+
+
+_NO_TEXTS = _Texts((), ())
+
+
+def _texts(column: _Column, types: CellTypes, *, typed: bool) -> _Texts:
+    """Which numbers of a column are text: if any is and no cell of the sheet is `typed`, whole numbers are, too."""
+    marked = {i for i, place in enumerate(column.places) if place in types.texts}
+    if not marked:
+        return _NO_TEXTS
+    others = [i for i, cell in enumerate(column.cells) if i not in marked and is_numeric(cell)]
+    return _Texts(sorted(marked), others) if typed else _Texts(sorted([*marked, *others]), ())
+
+
+def _marks_of_texts(
+    columns: Sequence[_Column], texts: Mapping[int, _Texts], reading: Reading
+) -> tuple[dict[int, str], tuple[str, ...], list[Fault]]:
+    """The decimal mark of each column of texts, as they show together or the user says; notes, and a fault if it is open."""
+    marks = {c.index: reading.decimal for c in columns if texts[c.index].rows and texts[c.index].typed}
+    alone = [c for c in columns if texts[c.index].rows and not texts[c.index].typed]
+    if not alone:
+        return marks, (), []
+    cells = []
+    for column in alone:
+        rows = set(texts[column.index].rows)
+        cells.append([cell if i in rows else "" for i, cell in enumerate(column.cells)])
+    notation = decide_notation(cells, [f"column {column_letters(c.index)}" for c in alone], asked=reading.decimal)
+    if notation.conflict:
+        shown = " and ".join(f'"{cells[c][row]}" ({address(alone[c].places[row])})' for row, c in notation.places)
+        row, c = notation.places[-1]
+        message = f"the numbers of this column are text, and their decimal mark cannot be told: {notation.conflict}: {shown}"
+        choice = _DECIMAL if notation.askable else None
+        advice = f"Say it: {choice}; or {_AGAIN.lower()}" if choice else _AGAIN
+        return marks, (), [_fault(alone[c].places[row], message, advice, choice)]
+    return marks | dict(zip((c.index for c in alone), notation.decimals, strict=True)), notation.notes, []
+
+
+_AGAIN = "Export the file again from the instrument's software"
+
+
+def _numbers_in_text(column: _Column, texts: _Texts, mark: str, faults: list[Fault]) -> tuple[Sequence[str], tuple[str, ...]]:
+    """The cells with numbers written as text, in this decimal mark, made numbers; notes on them, and faults if in doubt."""
+    in_text, typed = texts.rows, texts.typed
+    if not in_text or not (mark or typed):
         return column.cells, ()
-    texts = set(in_text)
-    typed = [i for i, cell in enumerate(column.cells) if i not in texts and is_numeric(cell)]
     first = in_text[0]
     where = (
         f"{address(column.places[first])} and {len(in_text) - 1} more" if len(in_text) > 1 else address(column.places[first])
     )
     shown = f'"{column.cells[first]}" ({where})'
-    again = "Export the file again from the instrument's software"
-    mark = reading.decimal
-    if not mark and typed:
+    if not mark:
         message = f"{shown} is text, other cells of this column are numbers: a spreadsheet program may have changed them"
-        advice = f"{again}; or, if the numbers are right, say the decimal mark of the text: {_DECIMAL}"
+        advice = f"{_AGAIN}; or, if the numbers are right, say the decimal mark of the text: {_DECIMAL}"
         faults.append(_fault(column.places[first], message, advice, _DECIMAL))
         return column.cells, ()
-    if not mark:
-        notation = decide_notation([[column.cells[i] for i in in_text]], [f"column {column_letters(column.index)}"])
-        if notation.conflict:
-            message = (
-                f"the numbers of this column are text, and their decimal mark cannot be told: {notation.conflict}: {shown}"
-            )
-            faults.append(_fault(column.places[first], message, f"Say it: {_DECIMAL}; or {again.lower()}", _DECIMAL))
-            return column.cells, ()
-        mark = notation.decimal
     large = [
         i for i in typed if (n := parse_number(column.cells[i], ".")) is not None and n.is_integer() and abs(n) >= _THOUSANDS
     ]
@@ -202,14 +247,14 @@ def _numbers_in_text(
             f"{shown} is text and {address(place)} the whole number {column.cells[large[0]]}: a spreadsheet program has taken "
             "a decimal mark for one of thousands"
         )
-        faults.append(_fault(place, message, again))
+        faults.append(_fault(place, message, _AGAIN))
         return column.cells, ()
     cells = list(column.cells)
     for i in in_text:
         number = parse_number(cells[i], mark)
         if number is None:
             message = f'"{cells[i]}" is no number with the decimal mark "{mark}"'
-            faults.append(_fault(column.places[i], message, again))
+            faults.append(_fault(column.places[i], message, _AGAIN))
             return column.cells, ()
         cells[i] = repr(number)
     word = "comma" if mark == "," else "point"

@@ -261,6 +261,66 @@ def test_a_column_of_numbers_written_as_text_is_read_if_its_mark_is_clear(tmp_pa
     np.testing.assert_allclose(table.columns["force"], [1 + i + (250 + i) / 1000 for i in range(N)])
 
 
+def in_texts(rows: Cells, digits: Sequence[int], mark: str = ",") -> list[tuple[str, ...]]:
+    """Rows of numbers as texts with a decimal mark and so many decimals in each column."""
+    return [tuple(f"{v:.{d}f}".replace(".", mark) for v, d in zip(row, digits, strict=True)) for row in rows]
+
+
+LARGE = np.round(97.2 + 0.011 * np.arange(N), 3)
+ALL_THREE = [(1 + t, 1 + x, c) for (t, x, _), c in zip(ROWS, LARGE, strict=True)]
+METER = ("Time (s)", "Extension (mm)", "Cp (pF)")
+
+
+@both
+@pytest.mark.parametrize("mark", [",", "."])
+def test_texts_of_exactly_three_decimals_have_the_mark_that_other_texts_show(
+    tmp_path: Path, write: Writer, ending: str, mark: str
+) -> None:
+    table = read_lab_file(write(tmp_path / f"a.{ending}", {"Data": [METER, *in_texts(ALL_THREE, (2, 4, 3), mark)]}))
+    np.testing.assert_allclose(table.columns["capacitance"], LARGE * 1e-12, rtol=1e-9)
+    assert any("column C are text" in note for note in table.notes)
+
+
+@both
+@pytest.mark.parametrize("mark", [",", "."])
+def test_texts_that_all_have_three_decimals_are_read_as_the_user_says(
+    tmp_path: Path, write: Writer, ending: str, mark: str
+) -> None:
+    path = write(tmp_path / f"a.{ending}", {"Data": [METER, *in_texts(ALL_THREE, (3, 3, 3), mark)]})
+    with pytest.raises(InputError) as refused:
+        read_lab_file(path)
+    assert refused.value.faults[0].choice == Choice("decimal", (",", "."))
+    table = read_lab_file(path, Reading(decimal=mark))
+    np.testing.assert_allclose(table.columns["time"], 1 + TIME, rtol=1e-9)
+    np.testing.assert_allclose(table.columns["capacitance"], LARGE * 1e-12, rtol=1e-9)
+
+
+def test_the_mark_of_texts_is_said_beside_numbers_and_beside_a_second_column_of_the_quantity(tmp_path: Path) -> None:
+    header = ("Time (s)", "Extension (mm)", "Load (N)", "Load (mN)", "Cp (pF)")
+    rows = [(*row, row[2] * 1e3, f"{c:.3f}".replace(".", ",")) for row, c in zip(ROWS, LARGE, strict=True)]
+    path = new_workbook(tmp_path / "a.xlsx", {"Data": [header, *rows]})
+    assert "--decimal" in refusal(path)
+    assert_truth(table := read_lab_file(path, Reading(decimal=",")))
+    np.testing.assert_allclose(table.columns["capacitance"], LARGE * 1e-12, rtol=1e-9)
+
+
+def test_whole_numbers_among_texts_are_texts_where_no_cell_is_a_number(tmp_path: Path) -> None:
+    rows = [(f"{t:g}".replace(".", ","), f"{x:.4f}".replace(".", ","), f"{f:.6f}".replace(".", ",")) for t, x, f in ROWS]
+    assert_truth(read_lab_file(new_workbook(tmp_path / "a.xlsx", {"Data": [HEADER, *rows]})))
+
+
+@pytest.mark.parametrize("decimal", ["", ",", "."])
+def test_texts_that_contradict_each_other_are_refused_whatever_mark_is_said(tmp_path: Path, decimal: str) -> None:
+    rows = in_texts(ROWS, (2, 4, 5))
+    rows[70] = (*rows[70][:2], rows[70][2].replace(",", "."))
+    assert "mark" in refusal(new_workbook(tmp_path / "a.xlsx", {"Data": [HEADER, *rows]}), Reading(decimal=decimal))
+
+
+def test_texts_of_three_decimals_with_another_mark_than_the_others_show_are_refused(tmp_path: Path) -> None:
+    rows = [(*a[:2], b[2]) for a, b in zip(in_texts(ALL_THREE, (2, 4, 3)), in_texts(ALL_THREE, (2, 4, 3), "."), strict=True)]
+    assert "cannot be told" in refusal(new_workbook(tmp_path / "a.xlsx", {"Data": [METER, *rows]}))
+
+
 def test_a_text_file_put_into_the_first_column_is_read_as_text(tmp_path: Path) -> None:
     lines = [(";".join(HEADER),), *((";".join(f"{v:.6f}".replace(".", ",") for v in row),) for row in ROWS)]
     table = read_lab_file(new_workbook(tmp_path / "press.xlsx", {"Data": lines}))
