@@ -316,8 +316,9 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
         less |= quantity == "force" and best.heading.name.startswith("raw") and _is_worked_on(best, other)
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
-        # Of two columns of one name no difference is a matter of rounding.
-        if word == "same" and (share <= _EXACT or words(sheet.names[index]) != words(name)):
+        # Of two columns of one name and unit no difference is a matter of rounding.
+        converted = sheet.unit_below(index) != sheet.unit_below(best.index)
+        if word == "same" and (share <= _EXACT or converted or words(sheet.names[index]) != words(name)):
             within = f", within {100 * share:.1g} % of their span" if share > _EXACT else ""
             unread[index] = f'the same readings as "{name}"{within}'
         elif quantity not in _DECISIVE:

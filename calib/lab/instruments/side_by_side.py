@@ -10,12 +10,15 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.header import no_header, split_line
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
-from calib.lab.instruments.rivals import goes_back, readings, stands_still
+from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen
+from calib.lab.instruments.unit_choice import unit_of_column, written_unit
 from calib.lab.instruments.vocabulary import Heading
 
 # Rows of numbers by which it is seen which columns hold them.
 _ROWS_SEEN = 20
+# Lines that are looked at to tell how columns go on.
+_LINES_SEEN = 2000
 
 
 def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...]]:
@@ -50,7 +53,7 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
         return _first_named_only(sheet, reading, found)
     count = counts.pop()
     steps = {b - a for at in repeated.values() for a, b in pairwise(at)}
-    if len(steps) != 1:
+    if len(steps) != 1 or _in_two_units(sheet, reading, found, repeated):
         return sheet, ()
     period = steps.pop()
     first = min(at[0] for at in repeated.values())
@@ -111,13 +114,41 @@ def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Headin
     return chosen, notes
 
 
+def _first_lines(sheet: Sheet) -> list[list[str]]:
+    """The cells of the lines below the header, as many as are looked at."""
+    return [split_line(line, sheet.delimiter) for line in sheet.text.lines[sheet.header_line :][:_LINES_SEEN]]
+
+
+def _in_two_units(
+    sheet: Sheet, reading: Reading, found: Mapping[int, Heading], repeated: Mapping[tuple[str, str], Sequence[int]]
+) -> bool:
+    """Whether columns stand again in other units, as one converts them in a spreadsheet: no specimens, whose readings differ.
+
+    One quantity that agrees shows that; of others that do not the user is asked when columns are chosen.
+    """
+    seen = [row for row in _first_lines(sheet) if sum(map(is_numeric, row)) > 1]
+    agree = False
+    for (quantity, _), at in repeated.items():
+        if len({found[i].index for i in at}) > 1:
+            return False
+        written = {unit for i in at if (unit := written_unit(sheet, i, found[i]))}
+        if quantity == "time" or len(written) < len(at):
+            continue
+        cells = [[row[i] if i < len(row) else "" for row in seen] for i in at]
+        units = [unit_of_column(sheet, i, found[i], reading) for i in at]
+        first, *others = readings(cells, [factor for _, factor in units], sheet.declared_decimal)
+        known = all(fault is None for fault, _ in units) and not stands_still(first)
+        agree |= known and all(difference(first, other)[0] == "same" for other in others)
+    return agree
+
+
 _ASKED = ("time", "displacement", "force", "capacitance")
 
 
 def _go_on(sheet: Sheet, found: Mapping[int, Heading], own: Sequence[int], nameless: Sequence[int]) -> bool:
     """Whether the columns may be those of specimens: with decimals somewhere, and times that do not fall."""
     period = _period(own, nameless)
-    rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[sheet.header_line : sheet.header_line + 2000]]
+    rows = _first_lines(sheet)
     if not period or (sheet.delimiter == "," and not any("." in cell for row in rows for cell in row)):
         return False
     times = [i for i, h in found.items() if h.quantity == "time"]
