@@ -188,7 +188,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults += several_records(sheet, keyed, values)
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
-    faults += remarks_on_scale(sheet, places)
+    told, remarks = remarks_on_scale(sheet, places)
+    notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     if not faults:
         faults += implausible(sheet, values, places, reading)

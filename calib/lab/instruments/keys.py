@@ -15,6 +15,7 @@ from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.small_tables import in_small_table
 from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.together import is_spread
 from calib.lab.instruments.units import is_unit_of
@@ -82,15 +83,20 @@ _SELDOM, _MOST_REMARKS = 0.2, 1000
 _FEW_ROWS = 20
 
 
-def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> list[Fault]:
+def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> tuple[list[str], list[Fault]]:
     """List the remarks in columns that are not read by which the rows are in another unit or range from there on.
 
     Parameters
     ----------
     sheet : the record.
     used : quantity -> index of its column.
+
+    Returns
+    -------
+    A note where labels of a small table beside the rows have such units, and the faults of other remarks.
     """
     faults: list[Fault] = []
+    labels: list[str] = []
     for index, column in enumerate(sheet.columns):
         if index in used.values():
             continue
@@ -100,7 +106,10 @@ def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> list[Fault]:
         seldom = n_empty >= (1 - _SELDOM) * len(column)
         rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]
         if seldom:
-            row = next((r for r in rows[:_MOST_REMARKS] if speaks_of_scale(column[r])), None)
+            speaking = [r for r in rows[:_MOST_REMARKS] if speaks_of_scale(column[r])]
+            of_tables = [r for r in speaking if in_small_table(sheet, r, index, used.values())]
+            labels += [f'"{column[r].strip()[:60]}" (line {sheet.lines[r]})' for r in of_tables]
+            row = next((r for r in speaking if r not in of_tables), None)
         else:
             row = _first_other_unit(column) if rows and all(_is_unit(column[r]) for r in rows) else None
         if row is not None:
@@ -108,7 +117,11 @@ def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> list[Fault]:
             message = f'"{column[row].strip()[:60]}" in column "{name}" may say that rows are in another unit or range'
             advice = "If they are, write all rows in one unit, or save those of each unit in a file of their own; else empty it"
             faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice))
-    return faults
+    more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
+    notes = (
+        [f"a small table beside the rows is left out, whose units are taken for its own: {labels[0]}{more}"] if labels else []
+    )
+    return notes, faults
 
 
 def _is_unit(cell: str) -> bool:

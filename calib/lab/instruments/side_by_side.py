@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -87,6 +88,8 @@ def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Headin
     own = [i for i in range(first, last) if i in numbers]
     if len(nameless) < 2 or not own or any(i >= last for i in sheet.assigned):
         return sheet, ()
+    if 2 * max(numbers[i] for i in nameless) <= max(numbers.values()):
+        return sheet, ()  # values of a small table beside the rows
     period = _period(own, nameless) if _go_on(sheet, found, own, nameless) else 0
     if not period and sheet.delimiter == ",":
         return sheet, ()
@@ -173,15 +176,15 @@ def _period(own: Sequence[int], nameless: Sequence[int]) -> int:
     return 0
 
 
-def _columns_of_numbers(sheet: Sheet) -> set[int]:
-    """The columns that hold numbers in the first rows of numbers below the header."""
-    found: set[int] = set()
+def _columns_of_numbers(sheet: Sheet) -> Counter[int]:
+    """The columns that hold numbers in the first rows of numbers below the header, and in how many of these."""
+    found: Counter[int] = Counter()
     start = max(sheet.header_line, sheet.units_line or 0)
     seen = 0
     for line in sheet.text.lines[start : start + 4 * _ROWS_SEEN]:
         numbers = {i for i, cell in enumerate(split_line(line, sheet.delimiter)) if is_numeric(cell)}
         if len(numbers) > 1:
-            found |= numbers
+            found.update(numbers)
             seen += 1
         if seen >= _ROWS_SEEN:
             break

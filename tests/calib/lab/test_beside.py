@@ -104,6 +104,62 @@ def test_a_summary_beside_the_table_takes_no_row(tmp_path: Path) -> None:
     assert {f"column {k}" for k in (6, 7)} <= {part.what for part in table.unread if part.reason == "without a name"}
 
 
+def with_cells(cells: dict[int, tuple[Any, ...]], names: Sequence[Any] = (), apart: int = 1) -> list[list[Any]]:
+    """The press with cells beside some of its rows, as many columns apart from it."""
+    return [[*NAMES, *[None] * apart, *names], *([*row, *[None] * apart, *cells.get(r, ())] for r, row in enumerate(ROWS))]
+
+
+SMALL_TABLES: dict[str, dict[int, tuple[Any, ...]]] = {
+    "units in brackets": {3: ("Fmax (mN)", 4100.0), 4: ("at (mm)", 0.9), 5: ("Stiffness (N/mm)", 5.1), 6: ("Cmax [pF]", 99.1)},
+    "titled": {2: ("Results",), 3: ("Max. travel, mm", 0.9), 4: ("n", 120)},
+    "units behind": {3: ("Fmax", 4100.0, "mN"), 4: ("Travel", 0.9, "mm")},
+    "units between": {3: ("Fmax", "mN", 4100.0), 4: ("Travel", "mm", 0.9)},
+    "values below": {3: ("Fmax (mN)", "at (mm)"), 4: (4100.0, 0.9)},
+    "far down": {100: ("Ball d (mm)", 6)},
+}
+
+
+@pytest.mark.parametrize("layout", SMALL_TABLES)
+@pytest.mark.parametrize("names", [(), ("Results",)])
+@pytest.mark.parametrize("apart", [1, 2])
+def test_units_in_a_small_table_beside_the_rows_are_those_of_its_values(
+    tmp_path: Path, layout: str, names: tuple[str, ...], apart: int
+) -> None:
+    rows = with_cells(SMALL_TABLES[layout], names, apart)
+    width = max(map(len, rows))
+    for path in (
+        as_book(tmp_path / "a.xlsx", {"Data": rows}),
+        as_csv(tmp_path / "a.csv", [[*row, *[None] * (width - len(row))] for row in rows], ";"),
+    ):
+        table = read_lab_file(path)
+        assert_press(table)
+        assert any(note.startswith("a small table beside the rows is left out") for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("mN",),
+        ("force now in mN",),
+        ("force now in mN", 3),
+        ("Load: (mN)", 3),
+        ("range (N)", 50),
+        ("Gain (mN)", 10),
+        ("units (mm)", 1),
+        (3, "mN"),
+        ("Fmax (mN)",),
+        ("Fmax (mN)", "see below", 4100.0),
+    ],
+)
+def test_words_beside_the_rows_that_may_be_of_their_units_are_refused_still(tmp_path: Path, cells: tuple[Any, ...]) -> None:
+    assert "another unit or range" in refusal(as_book(tmp_path / "a.xlsx", {"Data": with_cells({60: cells})}))
+
+
+def test_a_remark_with_a_unit_in_a_column_of_remarks_is_no_label_of_a_reading(tmp_path: Path) -> None:
+    rows = [[*NAMES, "Remark", "T (°C)"], *([*row, "Load (mN)" if r == 60 else None, 21.3] for r, row in enumerate(ROWS))]
+    assert "another unit or range" in refusal(as_book(tmp_path / "a.xlsx", {"Data": rows}))
+
+
 def test_a_word_right_behind_the_last_named_column_takes_no_row_that_goes_on(tmp_path: Path) -> None:
     rows = [[*row, "touch" if r == 9 else None] for r, row in enumerate(ROWS)]
     assert_press(read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [NAMES, *rows]})))
