@@ -271,7 +271,8 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
                 f"time runs backwards in {backward.size} rows, first to {time[row]:.6g} s",
                 table.path,
                 int(table.lines[row]),
-                advice="Save one test per file, with the time since its start",
+                advice="If the rows are of one test, put them in the order of their time, and remove those that stand twice; "
+                "of two tests save each in a file of its own",
             )
         )
     for row in backward.tolist():

@@ -23,6 +23,7 @@ from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock
+from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
@@ -191,6 +192,14 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     told, remarks = remarks_on_scale(sheet, places)
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
+    again = pasted_rows(values) if not faults else {}
+    for r in again:
+        _append(reasons, r, "a row above once more, in a block pasted again: the same time and readings")
+    for array in values.values():
+        array[list(again)] = np.nan
+    if again:
+        first, above = (int(sheet.lines[r]) for r in next(iter(again.items())))
+        notes.append(f"{len(again)} row(s) stand twice, with their times, and are left out: line {first} is line {above} again")
     if not faults:
         faults += implausible(sheet, values, places, reading)
     if not faults:

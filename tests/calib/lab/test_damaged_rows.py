@@ -287,3 +287,59 @@ def test_many_rows_with_a_cell_too_many_are_refused(tmp_path: Path, rows_with: S
 def test_a_row_that_begins_with_an_empty_cell_is_refused_as_before(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="begins with an empty cell"):
         _with_stray_cells(tmp_path, [40], 0, ",")
+
+
+def _of_day(lines: Sequence[str]) -> list[str]:
+    return [f"12:00:{float(line.split(',')[0]):06.3f},{line.split(',', 1)[1]}" for line in lines]
+
+
+@pytest.mark.parametrize("of_day", [False, True])
+@pytest.mark.parametrize(("block", "behind"), [((30, 40), 40), ((10, 40), 40), ((10, 20), 40), ((0, N), N), ((50, N), N)])
+def test_a_block_that_was_pasted_twice_is_left_out_once(
+    tmp_path: Path, of_day: bool, block: tuple[int, int], behind: int
+) -> None:
+    lines = _of_day(rows()) if of_day else rows()
+    again = lines[slice(*block)]
+    table = read(tmp_path, [*lines[:behind], *again, *lines[behind:]], HEAD.replace(" (s)", "") if of_day else HEAD)
+    assert [r for r, why in enumerate(table.reasons) if why] == [*range(behind, behind + len(again))]
+    assert any("stand twice" in note for note in table.notes)
+    whole = read(tmp_path, lines, HEAD.replace(" (s)", "") if of_day else HEAD)
+    for quantity, values in whole.columns.items():
+        kept = [v for v, why in zip(table.columns[quantity], table.reasons, strict=True) if not why]
+        np.testing.assert_array_equal(kept, values)
+    assert observe(table).used.sum() == observe(whole).used.sum()
+
+
+def test_a_block_pasted_three_times_is_left_out_twice(tmp_path: Path) -> None:
+    lines = rows()
+    table = read(tmp_path, [*lines[:40], *lines[30:40], *lines[30:40], *lines[40:]])
+    assert [r for r, why in enumerate(table.reasons) if why] == [*range(40, 60)]
+
+
+@pytest.mark.parametrize("change", ["other readings", "another time", "other place"])
+def test_a_block_that_is_like_one_above_but_for_something_is_not_left_out(tmp_path: Path, change: str) -> None:
+    lines = rows()
+    again = lines[20:40]
+    if change == "other readings":
+        again = [f"{line}1" for line in again]
+    elif change == "another time":
+        again = [f"{float(line.split(',')[0]) + 0.01:.2f},{line.split(',', 1)[1]}" for line in again]
+    else:
+        again = [*again[:10], *reversed(again[10:])]
+    with pytest.raises(InputError):
+        observe(read(tmp_path, [*lines[:40], *again, *lines[40:]]))
+
+
+def test_cycles_whose_times_begin_anew_with_the_same_coarse_readings_are_no_block_pasted_twice(tmp_path: Path) -> None:
+    lines = [
+        f"{0.1 * i:.1f},{round(x, 2):.2f},{max(round(f, 1) - 1.0, 0):.1f}" for i, (x, f) in enumerate(zip(X, F, strict=True))
+    ]
+    other = [line if i < 12 else f"{line}7" for i, line in enumerate(lines)]
+    with pytest.raises(InputError, match="begins anew"):
+        read(tmp_path, [*lines, *other])
+
+
+def test_rows_out_of_the_order_of_their_time_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    lines = rows()
+    with pytest.raises(InputError, match="order of their time"):
+        observe(read(tmp_path, [*lines[:30], *lines[33:36], *lines[30:33], *lines[36:]]))
