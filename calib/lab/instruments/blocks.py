@@ -31,6 +31,7 @@ from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
+from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.vocabulary import understand
 
@@ -146,7 +147,10 @@ def _blocks(
                 raise InputError(Fault(message, text.path, line, 1, advice="Remove the line, or that header"))
             among_text += apart
             blocks.append(_Block(start + i + 1, _numbered(row), []))
-            apart, skip_units = [], sheet.units_line is not None
+            above = units_in_row(rows[apart[-1]], names) if apart else None
+            if above is not None:
+                blocks[-1] = replace(blocks[-1], units=above, units_line=start + apart[-1] + 1)
+            apart, skip_units = [], sheet.units_line is not None and sheet.units_line > sheet.header_line
         elif kind == "text":
             if is_other_header(row) and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)

@@ -32,8 +32,8 @@ from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.side_clocks import of_one_clock
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.titles import begins_at, below_header
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.titles import BelowHeader, begins_at, below_header, units_above
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand, words
 
 # Lines above rows of results with their title, names and units, and the word that such a title has.
@@ -87,6 +87,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     delimiter, header, names = found
     below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
     check_quotes(text, delimiter, header, text.lines[header : below.start])
+    below, units_notes = _with_units_above(text, delimiter, header, names, below)
     assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,
@@ -99,7 +100,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
-    above = _rows_above(sheet, reading)
+    above = (*_rows_above(sheet, reading), *units_notes)
     if listed is not None:
         one = listed.first == listed.last
         where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"
@@ -110,7 +111,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     decided = _lines_that_decide(sheet, reading)
     names_at = range(header, header + 1) if listed is None else range(listed.first, listed.last + 1)
-    beside = [i for i in range(header + 1) if text.lines[i].strip() and i not in names_at and i + 1 not in decided]
+    read = {*decided, sheet.units_line}
+    beside = [i for i in range(header + 1) if text.lines[i].strip() and i not in names_at and i + 1 not in read]
     unread = not_read(sheet, beside, "above the header" if listed is None else "above the rows")
     if any(index < 0 for index in assigned):
         above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
@@ -127,6 +129,27 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         unread=(*unread, *below.unread, *whole.unread),
         declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
     )
+
+
+def _with_units_above(
+    text: LabText, delimiter: str, header: int, names: Sequence[str], below: BelowHeader
+) -> tuple[BelowHeader, tuple[str, ...]]:
+    """What stands below a header, with the units above it where none stand below, and a note; those of both must agree."""
+    found = units_above(text, delimiter, header, names)
+    if found is None:
+        return below, ()
+    line, units = found
+    if below.units_line is None:
+        note = f"the units of the columns are those of line {line}, above their names: {', '.join(u or '-' for u in units)}"
+        return replace(below, units_line=line, units=units), (note,)
+    for index, (name, one, other) in enumerate(zip(names, units, below.units, strict=False)):
+        heading = understand(name, other)
+        if heading is None or not (one and other) or not is_unit_of(other, heading.quantity):
+            continue
+        if lab_factor(one, heading.quantity) != lab_factor(other, heading.quantity):
+            message = f'column "{name}" has the unit "{one}" above its name and "{other}" below it'
+            raise InputError(Fault(message, text.path, line, index + 1, advice="Correct one of the two, or remove it"))
+    return below, ()
 
 
 def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:

@@ -15,7 +15,7 @@ from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell
-from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 
 # Lines that are looked at before the first row.
@@ -94,6 +94,45 @@ def below_header(
             break
         start = index + 1
     return BelowHeader(start, units_line, units, tuple(unread))
+
+
+def units_above(text: LabText, delimiter: str, header: int, names: Sequence[str]) -> tuple[int, tuple[str, ...]] | None:
+    """Find a row of units right above a header: units alone, one above each name at least twice, and none of another kind.
+
+    Parameters
+    ----------
+    text : the file.
+    delimiter : between cells.
+    header : index of the line of the header.
+    names : its cells.
+
+    Returns
+    -------
+    Its 1-based line, and the units, "" where there is none; None if no such row stands there.
+    """
+    for index in range(header - 1, max(header - 1 - _FEW_LINES, -1), -1):
+        cells = split_line(without_comment_mark(text.lines[index], delimiter), delimiter)
+        if not any(cells):
+            continue
+        units = units_in_row(cells, names)
+        named = [(h.quantity, u) for n, u in zip(names, units, strict=True) if u and (h := understand(n, u))] if units else []
+        fitting = len(named) > 1 and all(is_unit_of(unit, quantity) for quantity, unit in named)
+        return (index + 1, units) if units and fitting else None
+    return None
+
+
+def units_in_row(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None:
+    """The units of a row that holds nothing else, as many cells as there are names, "" where there is none; else None.
+
+    Parameters
+    ----------
+    cells, names : of the row and of the header.
+
+    >>> units_in_row(["s", "[mm]", ""], ["Time", "Extension", "No"]), units_in_row(["s", "5"], ["Time", "Load"])
+    (('s', 'mm', ''), None)
+    """
+    alone = all((own := unit_cell(c)) is not None and not own.remark for c in cells)
+    return _units(cells, names) if alone and len(cells) == len(names) else None
 
 
 def begins_at(text: LabText, delimiter: str, row: int, width: int) -> int:

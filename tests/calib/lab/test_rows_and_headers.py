@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import openpyxl
 import pytest
 
 from calib.errors import InputError
@@ -74,7 +75,7 @@ def test_last_readings_behind_a_blank_line_are_readings(tmp_path: Path) -> None:
 
 def test_a_second_record_behind_a_blank_line_is_refused_and_leaving_the_time_out_is_not_advised(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"begins anew.*as two files") as error:
-        read(tmp_path, [HEAD, *lines(PRESS), "", *lines(PRESS)])
+        read(tmp_path, [HEAD, *lines(PRESS), "", *lines(PRESS * [1, 1, 1.1, 1])])
     assert "time=none" not in str(error.value)
 
 
@@ -181,3 +182,71 @@ def test_a_bracket_beside_another_odd_cell_is_no_sign(tmp_path: Path) -> None:
         rows[i][2] = f"({rows[i][2]})" if i < 33 else "1.2.34"
     with pytest.raises(InputError, match="is not a number"):
         read(tmp_path, [HEAD, *map(",".join, rows)])
+
+
+# --- units above the names -------------------------------------------------------------------------------------------
+
+PLAIN = ["Time", "Extension", "Load", "Cp"]
+UNITS = ["s", "mm", "N", "pF"]
+
+
+def in_book(folder: Path, written: Sequence[str], sep: str = ";") -> LabTable:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    for line in written:
+        sheet.append([float(c) if c.replace(".", "").isdecimal() else c or None for c in line.split(sep)])
+    book.save(folder / "lab.xlsx")
+    return read_lab_file(folder / "lab.xlsx")
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["s;mm;N;pF"],
+        ["[s];[mm];[N];[pF]"],
+        ["Test of May;;;", "s;mm;N;pF"],
+        ["s;mm;N;pF", ";;;"],
+    ],
+)
+def test_units_above_the_names_are_read_with_a_note(tmp_path: Path, above: list[str]) -> None:
+    written = [*above, ";".join(PLAIN), *lines(PRESS, ";")]
+    for table in (read(tmp_path, written), in_book(tmp_path, written)):
+        assert_press(table)
+        assert any("above their names: s, mm, N, pF" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+def test_units_above_some_of_the_names_are_those_of_these(tmp_path: Path, sep: str) -> None:
+    names = ["Time", "Extension (mm)", "Load", "Cp (pF)"]
+    assert_press(read(tmp_path, [sep.join(["s", "", "N", ""]), sep.join(names), *lines(PRESS, sep)]))
+
+
+def test_units_above_and_below_the_names_that_agree_are_read(tmp_path: Path) -> None:
+    assert_press(read(tmp_path, [";".join(UNITS), ";".join(PLAIN), ";".join(UNITS), *lines(PRESS, ";")]))
+
+
+@pytest.mark.parametrize("below", [["Time;Extension;Load;Cp", "s;mm;N;pF"], ["Time;Extension;Load (N);Cp"]])
+def test_units_above_the_names_that_contradict_others_are_refused(tmp_path: Path, below: list[str]) -> None:
+    with pytest.raises(InputError, match='"kN" above'):
+        read(tmp_path, ["s;mm;kN;pF", *below, *lines(PRESS, ";")])
+
+
+@pytest.mark.parametrize("above", ["mm;N;pF;", "N;mm;s;pF", "s;mm;N", "s;mm;N;pF;s", "s;mm;N or kN;pF", "s;5;N;pF", ";;N;"])
+def test_a_row_above_the_names_that_is_not_their_units_gives_them_none(tmp_path: Path, above: str) -> None:
+    with pytest.raises(InputError, match="has no unit"):
+        read(tmp_path, [above, ";".join(PLAIN), *lines(PRESS, ";")])
+
+
+@pytest.mark.parametrize("first", [["s;mm;N;pF", "Time;Extension;Load;Cp"], ["Time;Extension;Load;Cp", "s;mm;N;pF"]])
+def test_units_above_the_names_of_a_further_specimen_are_its_own(tmp_path: Path, first: list[str]) -> None:
+    other = PRESS * [1, 1, 1e3, 1]
+    written = [*first, *lines(PRESS, ";"), "s;mm;mN;pF", ";".join(PLAIN), *lines(other, ";")]
+    for specimen in (1, 2):
+        assert_press(read(tmp_path, written, Reading(specimen=specimen)))
+
+
+def test_blocks_of_one_record_with_other_units_above_their_names_are_refused(tmp_path: Path) -> None:
+    later = PRESS * [1, 1, 1e3, 1] + [20, 0, 0, 0]
+    with pytest.raises(InputError, match="units of this block differ"):
+        read(tmp_path, ["s;mm;N;pF", ";".join(PLAIN), *lines(PRESS, ";"), "s;mm;mN;pF", ";".join(PLAIN), *lines(later, ";")])
