@@ -26,13 +26,14 @@ from calib.lab.instruments.lines import (
     not_read,
     short_rows,
 )
-from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.unit_cells import unit_cell
+from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 
 
@@ -71,6 +72,8 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     width = len(sheet.names)
     chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
+    beside = _remarks_beside(chosen, width, sheet.delimiter)
+    chosen = [row[:width] if i in beside else row for i, row in enumerate(chosen)]
     stray = _with_a_stray_cell(chosen, width, sheet.delimiter)
     chosen = [[c for c in row if c.strip()] if i in stray else row for i, row in enumerate(chosen)]
     _check_width(sheet, chosen, lines, width)
@@ -78,8 +81,14 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
     own = next(b for b in blocks if b.rows[0] in kept)
     units = own.units if own.units is not None and own.units_line != sheet.units_line else None
-    notes = (*block_notes, *more)
-    return Table(tuple(zip(*full, strict=True)), lines, notes, tuple(unread), short, units, own.units_line, specimens)
+    notes = [*block_notes, *more]
+    columns = [*zip(*full, strict=True)]
+    if beside:
+        columns.append(tuple(beside.get(i, "") for i in range(len(full))))
+        first = min(beside)
+        shown = f'the first is "{beside[first][:60]}" (line {lines[first]})'
+        notes.append(f"{len(beside)} row(s) have a remark behind their last cell, under no name, which is no reading: {shown}")
+    return Table(columns, lines, notes, tuple(unread), short, units, own.units_line, specimens)
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
@@ -345,6 +354,32 @@ def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> li
         cut = cut and any(surplus[0]) and any(surplus[1:])
         whole.append([*row[: width - 1], f"{delimiter} ".join(surplus)] if cut else row)
     return whole
+
+
+# Rows with a remark behind their last cell are fewer than this share.
+_FEW_BESIDE = 0.25
+# What may be a reading, with its unit or cut, or a factor of one.
+_LIKE_A_NUMBER = re.compile(r"[\W_]*[x×]?\s?\d", re.IGNORECASE)
+
+
+def _remarks_beside(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> dict[int, str]:
+    """The words behind the last cell of a few rows that are wider than the header: row -> words.
+
+    None if one of them may be a reading, its unit or its factor, or if the cells under the names in one of these rows are not
+    readings where those of the other rows are, and no others: they may be moved by a place.
+    """
+    fitting = [row for row in rows if len(row) == width or not any(c.strip() for c in row[width:])]
+    wide = {i: [c.strip() for c in row[width:] if c.strip()] for i, row in enumerate(rows) if len(row) > width}
+    wide = {i: words for i, words in wide.items() if words}
+    if len(wide) > _FEW_BESIDE * len(rows):
+        return {}
+    usual = [2 * sum(_is_reading(row[k]) for row in fitting if k < len(row)) > len(fitting) for k in range(width)]
+    for i, words in wide.items():
+        if any(_LIKE_A_NUMBER.match(w) or is_missing(w) or is_over_range(w) or looks_like_unit(w) for w in words):
+            return {}
+        if not any(usual) or any(_is_reading(cell) != reading for cell, reading in zip(rows[i], usual, strict=False)):
+            return {}
+    return {i: f"{delimiter.strip()} ".join(words) for i, words in wide.items()}
 
 
 def _is_reading(cell: str) -> bool:

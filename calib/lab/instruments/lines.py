@@ -24,7 +24,7 @@ class Table:
 
     Attributes
     ----------
-    columns : of cells, as many as the header has.
+    columns : of cells, as many as the header has, and one without a name where remarks stand behind the cells of some rows.
     lines : 1-based line of each row.
     notes : on what was left out.
     unread : lines that are no rows of the record.

@@ -67,6 +67,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     table = _regular_table(sheet, start, keys)
     if table is None:
         table = block_table(sheet, start, keys, reading)
+    sheet = replace(sheet, names=(*sheet.names, *[""] * (len(table.columns) - len(sheet.names))))
     if reading.specimen not in (None, 1) and not notes and table.specimens == 1:
         raise InputError(_no_such_specimen(sheet, table, reading))
     # Rows without anything at the end: the other specimens, or the software's own.

@@ -28,7 +28,8 @@ class Validity:
 def said_bad(sheet: Sheet) -> Validity:
     """Find the rows that a column of the file itself calls bad.
 
-    FALSE under "Valid", n under "Use", yes under "Excluded" or "Overload", FAULT under "Status", "saturated" under "Remark".
+    FALSE under "Valid", n under "Use", yes under "Excluded" or "Overload", FAULT under "Status", "saturated" under "Remark" or,
+    without a name, right behind the named columns.
 
     Parameters
     ----------
@@ -36,12 +37,13 @@ def said_bad(sheet: Sheet) -> Validity:
     """
     rows: dict[int, str] = {}
     columns: dict[int, str] = {}
+    behind = max((i + 1 for i, name in enumerate(sheet.names) if name), default=-1)
     for index, name in enumerate(sheet.names):
         plain = words(name)
         parts = _parts(name)
         is_status = sheet.plain_heading(index).quantity == "status"
         marks = bool(parts) and all(p in MARKS_BAD | MARKS_GOOD | BESIDE_MARK | SAYS_OF_ROW for p in parts)
-        if plain not in VALIDITY and not is_status and not marks:
+        if plain not in VALIDITY and not is_status and not marks and index != behind:
             continue
         cells = sheet.columns[index]
         kinds = {c: c.strip().lower() for c in set(cells)}
@@ -59,7 +61,8 @@ def said_bad(sheet: Sheet) -> Validity:
         if plain in VALIDITY or (bad and not is_status):
             columns[index] = "says which rows are good"
         for row in (r for r, cell in enumerate(cells) if cell in bad) if bad else ():
-            rows.setdefault(row, f'"{name}" says "{cells[row].strip()[:20]}"')
+            column = f'"{name}"' if name else f"column {index + 1}"
+            rows.setdefault(row, f'{column} says "{cells[row].strip()[:20]}"')
     return Validity(rows, columns)
 
 

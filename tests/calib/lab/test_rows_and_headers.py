@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -250,3 +250,65 @@ def test_blocks_of_one_record_with_other_units_above_their_names_are_refused(tmp
     later = PRESS * [1, 1, 1e3, 1] + [20, 0, 0, 0]
     with pytest.raises(InputError, match="units of this block differ"):
         read(tmp_path, ["s;mm;N;pF", ";".join(PLAIN), *lines(PRESS, ";"), "s;mm;mN;pF", ";".join(PLAIN), *lines(later, ";")])
+
+
+# --- remarks behind the last cell ------------------------------------------------------------------------------------
+
+
+def with_remarks(remarks: Mapping[int, str], sep: str = ",", rows: npt.ArrayLike = PRESS) -> list[str]:
+    """The press with cells behind some of its rows, by the number of the row."""
+    return [
+        HEAD.replace(",", sep),
+        *(row + sep + remarks[i] if i in remarks else row for i, row in enumerate(lines(rows, sep))),
+    ]
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+@pytest.mark.parametrize(
+    "remarks",
+    [
+        {30: "touched here"},
+        {0: "start", N - 1: "end"},
+        {5: "# door closed", 40: "highest, then back", 41: "? noise"},
+        {30: '"touched, then held"'},
+    ],
+)
+def test_a_remark_behind_the_last_cell_of_a_row_is_left_out_with_a_note(
+    tmp_path: Path, sep: str, remarks: dict[int, str]
+) -> None:
+    table = read(tmp_path, with_remarks(remarks, sep))
+    assert_press(table)
+    assert any(note.startswith(f"{len(remarks)} row(s) have a remark behind their last cell") for note in table.notes)
+    assert any(part.what == "column 5" for part in table.unread)
+
+
+def test_a_remark_may_stand_behind_empty_cells(tmp_path: Path) -> None:
+    assert_press(read(tmp_path, with_remarks({30: ",,touched here"})))
+
+
+@pytest.mark.parametrize(
+    "surplus", ["3.1", "3.1 N", "-0,4", "max,3.1", "3.1,max", "nan", "OVER", "12:30:05", "mN", "x10", "---", "1e", "N"]
+)
+def test_a_surplus_cell_that_may_be_a_reading_is_no_remark(tmp_path: Path, surplus: str) -> None:
+    with pytest.raises(InputError, match="cells, the header has 4"):
+        read(tmp_path, with_remarks({30: surplus}))
+
+
+@pytest.mark.parametrize("row", ["0.1,x,0.2,0.3,97.1", "0.1,0.2,touched,0.3,held", "a,0.1,0.2,0.3,held"])
+def test_a_row_whose_cells_may_be_moved_is_refused_though_words_stand_behind_it(tmp_path: Path, row: str) -> None:
+    written = with_remarks({})
+    with pytest.raises(InputError):
+        read(tmp_path, [*written[:31], row, *written[31:]])
+
+
+def test_words_behind_many_rows_are_a_column_without_a_name(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cells, the header has 4"):
+        read(tmp_path, with_remarks(dict.fromkeys(range(N // 2), "ok")))
+
+
+def test_remarks_behind_the_last_cell_are_obeyed(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="another unit or range"):
+        read(tmp_path, with_remarks({30: "load now in mN"}))
+    table = read(tmp_path, with_remarks({30: "saturated", 50: "fine"}))
+    assert {i: why for i, why in enumerate(table.reasons) if why} == {30: 'column 5 says "saturated"'}
+    assert any("a zero was set anew" in note for note in read(tmp_path, with_remarks({3: "load zeroed"})).notes)
