@@ -96,8 +96,9 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         which = Choice("units", meant, shown) if meant else None
         return fault(f'column "{name}": {error}', f"If so, say it: {which}; else {listed}" if which else example, which)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
-        where = "above" if sheet.units_line is not None and sheet.units_line < sheet.header_line else "below"
-        return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" {where} it', "Correct one of the two")
+        above = sheet.units_line is not None and sheet.units_line < sheet.header_line
+        where = f"above it, declared in line {sheet.units_line}" if above else "below it"
+        return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}', "Correct one of the two")
     if len(set(factors)) > 1:
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
