@@ -271,8 +271,8 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
                 f"time runs backwards in {backward.size} rows, first to {time[row]:.6g} s",
                 table.path,
                 int(table.lines[row]),
-                advice="If the rows are of one test, put them in the order of their time, and remove those that stand twice; "
-                "of two tests save each in a file of its own",
+                advice="Remove rows that stand twice, and put those that were moved back into the order of their time; if the "
+                "clock was set back, or the rows are of two tests, save what is before and behind it as two files",
             )
         )
     for row in backward.tolist():
