@@ -303,10 +303,11 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
 
 # --- what stands above it -----------------------------------------------------------------------------------------------
 
-_UNIT_NAMES = (
+#: What a unit is called, for patterns.
+UNIT_NAMES = (
     r"units?|einheit(?:en)?|unités?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai]|yksik(?:kö|öt)"
 )
-_UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
+_UNIT_WORD = re.compile(rf"\b(?:{UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 
 # Between the names and units that a line above the header declares, and words between one and its unit.

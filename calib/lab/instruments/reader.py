@@ -25,6 +25,7 @@ from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
+from calib.lab.instruments.unit_columns import with_unit_columns
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from calib.lab.instruments.vocabulary import understand
 
@@ -95,7 +96,8 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
         return replace(table, notes=(*text.notes, *table.notes))
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
-    sheet = with_plain_clocks(with_plain_cells(sheet if found is None else found.sheet, reading), reading)
+    sheet = with_unit_columns(sheet if found is None else found.sheet)
+    sheet = with_plain_clocks(with_plain_cells(sheet, reading), reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:
@@ -192,8 +194,8 @@ def _of(part: Part, fault: Fault) -> Fault:
 
 
 _ONE_CLOCK = (
-    "Export them with the same times (in LabVIEW: Align and Resample Express VI), or save one table of the times and readings of "
-    "the force and, in a column beside them, the displacement interpolated to these times, all counted from one moment"
+    "Export them with the same times (in LabVIEW: Align and Resample Express VI), or save one table of the times and readings "
+    "of the force and, in a column beside them, the displacement interpolated to these times, all counted from one moment"
 )
 
 

@@ -935,7 +935,7 @@ def test_tdms_force_and_displacement_with_times_of_their_own_are_to_be_put_to_th
     own = {place: {**PRESS[place][1], **_wave(0.1)}, load: {**PRESS[load][1], **_wave(step, after)}}
     path.write_bytes(tdms({"Press": {name: (PRESS[name][0], said) for name, said in own.items()}}))
     said = refusal(path)
-    assert "have times of their own" in said
+    assert "parts of the file that have times of their own" in said
     assert f'"Press: {place}" (displacement, time, {N} rows); group "Press: {load}" (force, time, {N} rows)' in said
     assert "--sheet" not in said
 
