@@ -44,7 +44,7 @@ def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
             sheet.text.path,
             sheet.header_line or None,
             at + 1,
-            advice=f'Give each a column of its own, with its unit in the name ("Load (N)"), and each time one row: by a pivot '
-            f'table of a spreadsheet with "{name}" as its columns, or in Python by pandas, DataFrame.pivot(columns="{name}", ...)',
+            advice=f'Give each a column of its own, with its unit in the name ("Load (N)"), and each time one row: by a '
+            f'pivot table of a workbook with "{name}" as its columns, or by DataFrame.pivot(columns="{name}", ...) of pandas',
         )
     return None

@@ -30,6 +30,8 @@ _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
 # A cell as spreadsheet programs are made to keep it as it is written, ="0.50", in quotes of its own or without.
 _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")(?=[,;\t\n]|\Z)')
+# A cell in quotes that was quoted once more, """Load (N)""", with the quotes around it or without.
+_QUOTED_TWICE = re.compile(r'(^|[,;\t])(?:"""([^"\n]*)"""|""([^",;\t\n]+)"")(?=[,;\t\n]|\Z)', re.MULTILINE)
 # A line in quotes as a whole, those within it written twice.
 _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 # What the serial monitor of Arduino writes before each line, and the name of the column that this becomes.
@@ -141,6 +143,10 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    if '""' in text:
+        text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
+        if n_cell:
+            notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
     if "->" in text and (stamped := _with_stamps_in_cells(text.split("\n"))):
         text = "\n".join(stamped)
         notes.append('a time and "->" stand before every line, as a serial monitor writes them: these times are a column')

@@ -1,4 +1,4 @@
-"""From a `Sheet` to the same with the units that stand in columns of their own (`Force;Unit`) below the names they belong to."""
+"""From a `Sheet` to the same with the units that stand in columns of their own (`Force;Unit`) below their names."""
 
 from __future__ import annotations
 
