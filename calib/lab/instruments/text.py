@@ -166,16 +166,16 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
-    if '""' in text:
-        text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
-        if n_cell:
-            notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
     if "->" in text and (stamped := _with_stamps_in_cells(text.split("\n"))):
         text = "\n".join(stamped)
         notes.append('a time and "->" stand before every line, as a serial monitor writes them: these times are a column')
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
+    if '""' in text:
+        text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
+        if n_cell:
+            notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
     return text, tuple(notes)
 
 
