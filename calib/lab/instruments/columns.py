@@ -11,6 +11,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
+from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.exchanged import exchanged
@@ -182,6 +183,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults += of_another_clock(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
+        faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)
         sense = sense_of_load(sheet, values["force"], places["force"], places.values(), reading.columns)
         notes, faults = [*notes, *sense.notes], [*faults, *sense.faults]
         if sense.index >= 0:

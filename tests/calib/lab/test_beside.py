@@ -323,7 +323,7 @@ def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, com
 
 
 @pytest.mark.parametrize(
-    "comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", "\t\tamp 10"]
+    "comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", "\tstage\tamp 10"]
 )
 def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"
