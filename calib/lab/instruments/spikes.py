@@ -116,7 +116,7 @@ class _Other:
 def _beside_it(values: FloatArray, other: FloatArray) -> _Other:
     """Another channel, (n_row,), where one has readings, (n_row,)."""
     rows, there = np.isfinite(values), np.flatnonzero(np.isfinite(other))
-    is_finer = there.size > max(2 * np.count_nonzero(rows & np.isfinite(other)), 1)
+    is_finer = there.size > max(2 * int(np.count_nonzero(rows & np.isfinite(other))), 1)
     if is_finer:
         between = np.interp(np.arange(values.size), there, other[there])
         return _Other(np.where(rows, between, np.nan), other[there], is_finer)
