@@ -26,9 +26,10 @@ _FACTOR = re.compile(
 _LEADING = re.compile(r"\s*(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])", re.IGNORECASE)
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
-# The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
+# The range of an instrument or the frequency of a meter: "500 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
-    r"(?:at |@ ?|max\.? |range |capacity )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+    r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?|max\.? |range |capacity )?"
+    r"±?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
 )
 # "filtered 10 Hz": the frequency is none that the readings are of.
 _FILTERED = re.compile(

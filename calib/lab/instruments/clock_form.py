@@ -31,6 +31,7 @@ class ClockForm:
 
 _HOURS = ClockForm("h:min:s")
 _HUNDREDTHS = "min:s:cs if it is hundredths"
+_PARTS_OF_SECOND = "h:min:s:cs if it is hundredths"
 
 
 def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm:
@@ -94,13 +95,14 @@ def _four_parts(parsed: ClockParts, said: str) -> ClockForm:
     """The same of times of four parts, whose hours hold the days: proven by seconds that go on where a minute is full."""
     third = parsed.parts[np.isfinite(parsed.parts[:, 0]), 2]
     if np.any(third >= 60):
-        return ClockForm("", "the last of four parts passes 60: it is no second")
+        return ClockForm("", "the last of four parts passes 60: it is no second", _PARTS_OF_SECOND)
     if said:
         return _HOURS if said == "d:h:min:s" else ClockForm("", "the times have four parts", "d:h:min:s")
     if np.any(third % 1):
         return _HOURS
     found = clock_form(replace(parsed, days=False), (), "")
-    return found if found.form else ClockForm("", f"{found.conflict}; they have four", "d:h:min:s")
+    likely = f"d:h:min:s if they begin with days, --units time={_PARTS_OF_SECOND}"
+    return found if found.form else ClockForm("", f"{found.conflict}; they have four", likely)
 
 
 # Letters of a written form -> what it means; any other is not known.
@@ -114,6 +116,8 @@ def form_of_clock(unit: str) -> str:
     ('h:min:s', 'min:s', '')
     """
     tidy = unit.strip().lower()
+    if tidy in ("h:min:s:cs", "h:min:s:ms"):
+        return "h:min:s"  # the last part is a decimal by then
     if tidy in FORMS:
         return tidy
     letters = tuple(part.strip()[:1] for part in tidy.split(":"))

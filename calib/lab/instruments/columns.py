@@ -11,12 +11,14 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
+from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.exchanged import exchanged
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
@@ -103,7 +105,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     validity = said_bad(sheet)
     sheet = replace(sheet, reasons={**validity.rows, **sheet.reasons})
     unread.update({i: why for i, why in validity.columns.items() if i in unread})
-    faults += missing_columns(sheet, family, choice, reading)
+    missing = missing_columns(sheet, family, choice, reading)
+    one_each = one_reading_a_row(sheet, choice.chosen) if missing else None
+    if one_each is not None:
+        raise InputError(one_each)
+    faults += missing
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []
@@ -178,6 +184,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults += of_another_clock(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
+        faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)
         sense = sense_of_load(sheet, values["force"], places["force"], places.values(), reading.columns)
         notes, faults = [*notes, *sense.notes], [*faults, *sense.faults]
         if sense.index >= 0:

@@ -81,7 +81,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     best: tuple[int, int] = (0, 0)
     found: tuple[str, int, list[str]] | None = None
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
-        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or _is_row(written):
+        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or _width_of_row(written):
             continue
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
@@ -120,13 +120,17 @@ def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter:
     return len(names) == len(cells) and all(name and not is_numeric(name) for name in names)
 
 
-def _is_row(line: str) -> bool:
-    """Whether a line is one of numbers between some delimiter, with exponents or NaN, whatever it is by another one."""
+def _width_of_row(line: str) -> int:
+    """How many cells a line of numbers or times, with exponents or NaN, has between some delimiter; 0 of any other line."""
     for delimiter in DELIMITERS:
         cells = [c for c in split_line(line, delimiter) if c]
-        if len(cells) > 1 and is_numeric(cells[0]) and all(is_numeric(c) or is_missing(c) for c in cells):
-            return True
-    return False
+        if len(cells) > 1 and _is_reading(cells[0]) and all(_is_reading(c) or is_missing(c) for c in cells):
+            return len(cells)
+    return 0
+
+
+def _is_reading(cell: str) -> bool:
+    return is_numeric(cell) or is_clock(cell)
 
 
 def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
@@ -255,7 +259,7 @@ def no_header(text: LabText) -> Fault:
             odd[0][0],
             advice=f"If they are names, say which column is what, and its unit: {said}",
         )
-    replies = _reply_lines(text)
+    replies, width = _reply_lines(text), _width_of_row(text.lines[first])
     if replies and not seen:
         return Fault(
             f"there is no header; the lines look like replies of {replies}, without a time and without the names of the values",
@@ -267,13 +271,16 @@ def no_header(text: LabText) -> Fault:
         text.path,
         seen[0] if seen else first + 1,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        + (_BY_NUMBER if _is_row(text.lines[first]) else f"(--columns force=... --units force=...). Understood are {advice}"),
+        + (_by_number(width) if width else f"(--columns force=... --units force=...). Understood are {advice}"),
     )
 
 
-_BY_NUMBER = (
-    "by the numbers of the columns, from 1: --columns time=1 --columns displacement=2 --columns force=3, with --units of each"
-)
+def _by_number(width: int) -> str:
+    shown = ("capacitance",) if width == 2 else ("displacement", "force")
+    said = " ".join(f"--columns {quantity}={k}" for k, quantity in enumerate(("time", *shown), 1))
+    return f"by the numbers of the columns, from 1: {said}, with --units of each"
+
+
 _BUS_REPLY = re.compile(
     r"^\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d+\s*(?:,\s*[+-]?\d+)?\s*$", re.IGNORECASE
 )
@@ -294,7 +301,7 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
             cells = [c for c in split_line(line, delimiter) if c]
             if len(cells) < 2:
                 continue
-            if sum(is_numeric(c) for c in cells) >= 2:
+            if sum(map(_is_reading, cells)) >= 2:
                 return above
             above = (index + 1, [f'"{c[:40]}"' for c in cells[:12]])
             break
@@ -303,10 +310,11 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
 
 # --- what stands above it -----------------------------------------------------------------------------------------------
 
-_UNIT_NAMES = (
+#: What a unit is called, for patterns.
+UNIT_NAMES = (
     r"units?|einheit(?:en)?|unités?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai]|yksik(?:kö|öt)"
 )
-_UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
+_UNIT_WORD = re.compile(rf"\b(?:{UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 
 # Between the names and units that a line above the header declares, and words between one and its unit.

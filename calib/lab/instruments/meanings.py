@@ -90,6 +90,15 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
                 yield Meaning(quantity, 3 * PLAIN, match["index"])
 
 
+def is_channel(name: str) -> bool:
+    """Whether a name in lower case says nothing but which channel it is.
+
+    >>> is_channel("ch1"), is_channel("load 1")
+    (True, False)
+    """
+    return _CHANNEL.match(name) is not None
+
+
 def plain_meanings(name: str) -> Iterator[Meaning]:
     """What a name in the lists of names means."""
     for quantity, names in NAMES.items():

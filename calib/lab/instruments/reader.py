@@ -25,6 +25,7 @@ from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
+from calib.lab.instruments.unit_columns import with_unit_columns
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from calib.lab.instruments.vocabulary import understand
 
@@ -97,7 +98,8 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
     found = None if types is None else certain(sheet, types, reading)
     if found is not None and found.sheet.declared_decimal:
         reading = replace(reading, decimal="")  # it was for the texts, which are numbers now
-    sheet = with_plain_clocks(with_plain_cells(sheet if found is None else found.sheet, reading), reading)
+    sheet = with_unit_columns(sheet if found is None else found.sheet)
+    sheet = with_plain_clocks(with_plain_cells(sheet, reading), reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:
@@ -151,6 +153,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
             if part is not own
         }
         return _with_unread(read[own], own, why)
+    apart = _times_apart(path, parts, reading)
+    if apart is not None:
+        raise InputError(apart)
     listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
     advice = "Say which one it is and what its columns are: --sheet NAME --columns force=2 --units force=N"
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
@@ -190,13 +195,40 @@ def _of(part: Part, fault: Fault) -> Fault:
     return replace(fault, message=f"{part.title}: {fault.message}", line=line if line is None or line > 0 else None)
 
 
+_ONE_CLOCK = (
+    "Export them with the same times (in LabVIEW: Align and Resample Express VI), or save one table of the times and readings "
+    "of the force and, in a column beside them, the displacement interpolated to these times, all counted from one moment"
+)
+
+
+def _times_apart(path: Path, parts: Sequence[Part], reading: Reading) -> Fault | None:
+    """What to say where parts with times of their own hold the force, and others the displacement; None if they do not."""
+    of_parts = {part: _named_in(part.text, reading) for part in parts if part.text is not None}
+    forces = [part for part, named in of_parts.items() if {"force", "time"} <= named]
+    displacements = [part for part, named in of_parts.items() if {"displacement", "time"} <= named]
+    if not forces or not displacements:
+        return None
+    listed = "; ".join(
+        f"{part.title} ({', '.join(sorted(of_parts[part]))}, {_n_rows(part)} rows)" for part in (*displacements, *forces)
+    )
+    message = (
+        f"force and displacement are in parts of the file that have times of their own, so that no row holds both: {listed}"
+    )
+    return Fault(message, path, advice=_ONE_CLOCK)
+
+
 def _is_record(text: LabText, reading: Reading) -> bool:
     """Whether a header is found that names force over displacement, or a capacitance."""
+    quantities = _named_in(text, reading)
+    return bool({"force", "displacement"} <= quantities or {"capacitance", "capacitance_series"} & quantities)
+
+
+def _named_in(text: LabText, reading: Reading) -> set[str]:
+    """The quantities that a header names, or the user; none without a header."""
     found = find_header(text, reading)
     if found is None:
-        return False
-    quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
-    return bool({"force", "displacement"} <= quantities or {"capacitance", "capacitance_series"} & quantities)
+        return set()
+    return {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
 
 
 def _n_rows(part: Part) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -49,6 +50,8 @@ _WAY, _A_TURN, _RESTS, _NO_TURN = 0.15, 1.6, 0.25, np.zeros(0, dtype=np.int64)
 # Where others do not go on straight a reading is off by such a share of the range; so many stand on both sides
 # of it where a record ends, and where the ball turns.
 _MATTERS, _BOTH_SIDES, _BEFORE_A_TURN = 0.005, 3, 2
+# A share of the range that no touch between readings of a channel which is sampled more rarely than others is off a cubic by.
+_MORE_THAN_A_TOUCH = 0.05
 # A channel keeps to its course within so many scatters of those beside it, of all, or last digits; so few tell a course.
 _KEEPS, _FEWEST_BESIDE = 3.0, 6
 # A step so many times as large as the others near it is a jump.
@@ -88,7 +91,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
                 if (length == 1 and quantity in _DRIVEN) or not beside & set(run):
                     rows.update((r, rows.get(r, near)) for r in run)
         if len(channels) > 1:
-            others = [y for q, y in channels.items() if q != quantity]
+            others = [_beside_it(channels[quantity], y) for q, y in channels.items() if q != quantity]
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
             left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
             rows |= _off_cubic(left, others, turns)
@@ -96,6 +99,28 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
     return kept
+
+
+@dataclass(frozen=True, eq=False)
+class _Other:
+    """Another channel where one has readings, `values`, nan elsewhere; all of its own, `whole`; and whether it has many more.
+
+    From one of its rows to the next, a channel that is sampled more often hides what happens between readings of the other.
+    """
+
+    values: FloatArray
+    whole: FloatArray
+    is_finer: bool
+
+
+def _beside_it(values: FloatArray, other: FloatArray) -> _Other:
+    """Another channel, (n_row,), where one has readings, (n_row,)."""
+    rows, there = np.isfinite(values), np.flatnonzero(np.isfinite(other))
+    is_finer = there.size > max(2 * int(np.count_nonzero(rows & np.isfinite(other))), 1)
+    if is_finer:
+        between = np.interp(np.arange(values.size), there, other[there])
+        return _Other(np.where(rows, between, np.nan), other[there], is_finer)
+    return _Other(other, other[there], is_finer)
 
 
 def _runs_of(values: FloatArray) -> dict[int, dict[tuple[int, ...], float]]:
@@ -136,7 +161,7 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
     return {tuple(rows[k : k + length].tolist()): float(y[k - 1] + y[k + length]) / 2 for k in found.tolist()}
 
 
-def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
+def _off_course(values: FloatArray, others: Sequence[_Other]) -> dict[int, float]:
     """Readings, one or two near each other, off a course of large steps, while other channels go on -> what is near them."""
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
@@ -155,13 +180,13 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
             near = _beside(rows, y, left, floor)
             if near and not any(int(rows[r]) in found for r in left):
                 lone = not also and _comes_back(y, k, floor)
-                if all(_straight(o, int(rows[r])) or (lone and _goes_on(o, int(rows[r]))) for o in others for r in left):
+                if all(_straight(o, int(rows[r])) or (lone and _goes_on(o.values, int(rows[r]))) for o in others for r in left):
                     found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
                 break
     return found
 
 
-def _off_cubic(values: FloatArray, others: Sequence[FloatArray], turns: IntArray) -> dict[int, float]:
+def _off_cubic(values: FloatArray, others: Sequence[_Other], turns: IntArray) -> dict[int, float]:
     """Readings off the cubic through those beside it, which these keep to, while other channels go on -> what it lets expect.
 
     Only readings of one way of the ball are held against each other. Where a channel has a corner (a touch, a step) the
@@ -235,7 +260,7 @@ def _way(rows: IntArray, k: int, turns: IntArray) -> tuple[int, int]:
 
 
 def _is_told(
-    rows: IntArray, y: FloatArray, k: int, near: float, floor: float, turns: IntArray, others: Sequence[FloatArray]
+    rows: IntArray, y: FloatArray, k: int, near: float, floor: float, turns: IntArray, others: Sequence[_Other]
 ) -> bool:
     """Whether a reading off its course is wrong, as other channels go on there, or keep to their course while it is far off."""
     off, span = abs(float(y[k]) - near), float(np.ptp(np.delete(y, k)))
@@ -258,7 +283,9 @@ def _is_told(
     # Beside a turn or an end the course may bend, but it does not come back.
     both = min(k, y.size - 1 - k) >= _BOTH_SIDES and apart >= _BEFORE_A_TURN
     enough = both or max(low - float(y[k]), float(y[k]) - high) > floor
-    return enough and all(_keeps(other, int(rows[k]), turns) for other in others)
+    # Between readings that are far apart lies more of a touch than a cubic follows.
+    enough = enough and (off > _MORE_THAN_A_TOUCH * span or not any(other.is_finer for other in others))
+    return enough and all(_keeps(other.values, int(rows[k]), turns) for other in others)
 
 
 def _is_slow(rows: IntArray, y: FloatArray, k: int, turns: IntArray) -> bool:
@@ -377,15 +404,16 @@ def _goes_on(values: FloatArray, row: int) -> bool:
     )
 
 
-def _straight(values: FloatArray, row: int) -> bool:
+def _straight(other: _Other, row: int) -> bool:
     """Whether a channel goes on, or rests, over a row: it neither turns nor jumps there."""
+    values = other.values
     rows = np.flatnonzero(np.isfinite(values))
     k = int(np.searchsorted(rows, row))
     if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
         return False
-    y = values[rows[k - 2 : k + 3]]
-    steps = np.diff(y) / np.diff(rows[k - 2 : k + 3])
-    noise = 8 * noise_of(values[rows]) + last_step(values[rows])
+    apart = np.diff(rows[k - 2 : k + 3])
+    steps = np.diff(values[rows[k - 2 : k + 3]]) / apart
+    noise = (8 * noise_of(other.whole) + last_step(other.whole)) / float(np.min(apart))
     return bool(np.ptp(steps) <= max(_STRAIGHT * float(np.max(np.abs(steps))), noise))
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import codecs
 import hashlib
 import re
+import unicodedata
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from calib.errors import Fault, InputError
@@ -30,6 +32,17 @@ _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
 # A cell as spreadsheet programs are made to keep it as it is written, ="0.50", in quotes of its own or without.
 _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")(?=[,;\t\n]|\Z)')
+# A cell in quotes that was quoted once more, """Load (N)""", with the quotes around it or without.
+_QUOTED_TWICE = re.compile(r'(^|[,;\t])(?:"""([^"\n]*)"""|""([^",;\t\n]+)"")(?=[,;\t\n]|\Z)', re.MULTILINE)
+# A digit of another script than Latin, a cell with a number in such, and how many show that numbers are written so; what these
+# scripts have for marks of numbers, and marks of the direction in which they are written.
+_OTHER_DIGIT, _DIRECTIONS = re.compile(r"(?![0-9])\d"), "\u200e\u200f\u061c"
+_OTHER_NUMBER = re.compile(
+    rf'(?:^|(?<=[;,\t|" ]))[{_DIRECTIONS}]*[-+\u2212\uff0d\uff0b]?(?:(?![0-9])\d)++[\u066b.,\uff0e]?(?:(?![0-9])\d)*+',
+    re.MULTILINE,
+)
+_OTHER_MARKS = {"\u066b": ".", "\u066c": "'", "\uff0e": ".", "\uff0d": "-", "\uff0b": "+"}
+_FEWEST_NUMBERS = 9
 # A line in quotes as a whole, those within it written twice.
 _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 # What the serial monitor of Arduino writes before each line, and the name of the column that this becomes.
@@ -107,6 +120,7 @@ def read_lab_text(path: Path) -> LabText:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
+    text, digits = _with_usual_digits(text)
     text, notes = _as_cells(text)
     lines = _with_whole_cells(text.split("\n"))
     if max(map(len, lines)) > _LONGEST_LINE:
@@ -114,7 +128,7 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
-    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
+    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=(*digits, *notes))
 
 
 def _without_marks(text: str) -> str:
@@ -132,6 +146,17 @@ def _without_marks(text: str) -> str:
     return text
 
 
+def _with_usual_digits(text: str) -> tuple[str, tuple[str, ...]]:
+    """The text with the digits 0 to 9 for those of another script, where its numbers are written in these, and a note."""
+    if text.isascii() or len(list(islice(_OTHER_NUMBER.finditer(text), _FEWEST_NUMBERS))) < _FEWEST_NUMBERS:
+        return text, ()
+    found = sorted(set(_OTHER_DIGIT.findall(text)))
+    usual = {ord(digit): str(unicodedata.decimal(digit)) for digit in found}
+    # Marks of the direction of writing are invisible; the marks of these scripts are one thing each.
+    text = text.translate(usual | dict.fromkeys(map(ord, _DIRECTIONS)) | {ord(mark): to for mark, to in _OTHER_MARKS.items()})
+    return text, (f"the numbers are written in digits of another script ({''.join(found[:10])}), which are read as 0 to 9",)
+
+
 def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     """The text with cells for what spreadsheet programs write in their place, and notes on that: whole lines, and formulas."""
     notes = []
@@ -147,6 +172,10 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
+    if '""' in text:
+        text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
+        if n_cell:
+            notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
     return text, tuple(notes)
 
 

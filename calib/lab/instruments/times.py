@@ -57,7 +57,8 @@ def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -
         return ClockTimes(
             np.full(len(cells), np.nan),
             conflict=f'the times are written with colons, which are in no unit "{asked}"',
-            advice="Say --units time=h:min:s, --units time=d:h:min:s, --units time=min:s or --units time=min:s:cs",
+            advice="Say --units time=h:min:s, --units time=d:h:min:s, --units time=min:s, "
+            "--units time=min:s:cs, --units time=h:min:s:cs or --units time=h:min:s:ms",
         )
     return read_clock(cells, sheet.columns[beside] if beside is not None else (), form)
 

@@ -368,16 +368,19 @@ def test_names_between_commas_above_rows_between_blanks_are_read(tmp_path: Path,
 
 
 @pytest.mark.parametrize("comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell"])
-def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str) -> None:
+@pytest.mark.parametrize("reach", ["", " 10 N", " up to 500 N", ", 5 kN"])
+def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str, reach: str) -> None:
     path = tmp_path / "a.dat"
     rows = ["\t".join(map(str, row)) for row in ROWS]
-    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments, *rows]) + "\n")
+    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments + reach, *rows]) + "\n")
     table = read_lab_file(path)
     assert_press(table)
     assert any("comments on the columns" in part.reason for part in table.unread)
 
 
-@pytest.mark.parametrize("comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN"])
+@pytest.mark.parametrize(
+    "comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", "\tstage\tamp 10"]
+)
 def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"
     rows = ["\t".join(map(str, row)) for row in ROWS]

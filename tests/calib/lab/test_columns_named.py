@@ -649,3 +649,54 @@ def test_days_beside_times_of_day_that_are_asked_for_are_named_as_theirs(tmp_pat
     found = read(tmp_path, table, columns={"time": "Clock"})
     assert reasons(found)['column 1 "Date"'] == 'the days of "Clock", whose times are read with them'
     assert np.ptp(found.columns["time"]) > 86_400
+
+
+@pytest.mark.parametrize(
+    ("table", "factor"),
+    [
+        ([("Time (s)", T), ("Extension", D), ("Unit", ["mm"] * N), ("Load", F), ("Unit", ["N"] * N)], 1.0),
+        ([("Time", T), ("s", ["s"] * N), ("Extension", D), ("mm", ["mm"] * N), ("Load", F), ("mN", ["mN"] * N)], 1e-3),
+        ([("Time (s)", T), ("Extension (mm)", D), ("Load", F), ("Batch", ["7b"] * N), ("Load unit", ["kN"] * N)], 1e3),
+        ([("unit_load", ["mN"] * N), ("Time (s)", T), ("Extension (mm)", D), ("Load", F)], 1e-3),
+        ([("Zeit (s)", T), ("Weg (mm)", D), ("Kraft", F), ("Einheit", ["N"] * N)], 1.0),
+        ([("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F), ("Unit", ["N"] * N)], 1.0),
+    ],
+)
+def test_units_that_stand_in_a_column_of_their_own_are_those_of_the_column_beside_or_named(
+    tmp_path: Path, table: Columns, factor: float
+) -> None:
+    found = read(tmp_path, table, sep=";")
+    np.testing.assert_allclose(found.columns["force"], factor * np.array(F, dtype=float), rtol=1e-12)
+    np.testing.assert_allclose(found.columns["displacement"], 1e-3 * np.array(D, dtype=float), rtol=1e-12)
+    assert any("says so in every row" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "load"),
+    [
+        ("Unit", ["N"] * 30 + ["mN"] * 30, "Load"),  # two units
+        ("Unit", ["N"] * 59 + [""], "Load"),  # a row without one
+        ("Unit", ["mm"] * N, "Load"),  # of another quantity
+        ("Unit", ["V"] * N, "Load"),
+        ("Code", ["N"] * N, "Load"),  # a letter
+        ("Unit", ["mN"] * N, "Load (N)"),  # against the name
+    ],
+)
+def test_a_column_that_states_no_one_unit_or_not_that_of_the_column_beside_it_gives_none(
+    tmp_path: Path, name: str, units: Sequence[str], load: str
+) -> None:
+    refused(tmp_path, [("Time (s)", T), ("Extension (mm)", D), (load, F), (name, units)])
+
+
+@pytest.mark.parametrize("names", [("force_N", "disp_mm"), ("Load", "Extension"), ("Kraft", "Weg")])
+@pytest.mark.parametrize("more", [[], [("unit", ["N", "mm"] * N)]])
+def test_a_table_with_one_reading_a_row_is_refused_with_what_makes_a_press_of_it(
+    tmp_path: Path, names: tuple[str, str], more: Columns
+) -> None:
+    values = [cell for pair in zip(F, D, strict=True) for cell in pair]
+    table = [("time_s", [t for t in T for _ in names]), ("channel", names * N), ("value", values), *more]
+    (fault,) = refused(tmp_path, table).faults
+    assert f'column "channel" says of which quantity, "{names[0]}", "{names[1]}"' in fault.message
+    assert "pivot" in fault.advice
+    wide = [("time_s", T), ("force_N", values[::2]), ("disp_mm", values[1::2])]
+    np.testing.assert_allclose(read(tmp_path, wide).columns["force"], np.array(F, dtype=float))

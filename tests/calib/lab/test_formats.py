@@ -820,6 +820,7 @@ def test_channels_of_an_lvm_file_that_began_at_different_times_are_no_one_record
     tags = {"Date": "2024/05/02\t\t2024/05/02\t\t2024/05/02\t", "Y_Unit_Label": "mm\t\tN\t\tN\t"}
     said = refusal(written(tmp_path / "a.lvm", _of_three({**tags, "Time": clocks.format("14:03:20.75")})))
     assert '"1: Load"' in said
+    assert "displacement interpolated to these times" in said
     assert_truth(read_lab_file(written(tmp_path / "b.lvm", _of_three({**tags, "Time": clocks.format("14:03:20.2503")}))))
 
 
@@ -984,6 +985,19 @@ def test_tdms_channels_of_other_rates_or_lengths_are_other_parts(tmp_path: Path)
     assert 'group "Press: Temperature"' in unread
     assert 'group "Press: Serial"' in unread
     assert 'group "Empty"' in unread
+
+
+@pytest.mark.parametrize(("step", "after"), [(0.1, 0.7), (0.2, 0.0), (0.2, 0.35)])
+def test_tdms_force_and_displacement_with_times_of_their_own_are_to_be_put_to_the_same(
+    tmp_path: Path, step: float, after: float
+) -> None:
+    (place, load), path = PRESS, tmp_path / "a.tdms"
+    own = {place: {**PRESS[place][1], **_wave(0.1)}, load: {**PRESS[load][1], **_wave(step, after)}}
+    path.write_bytes(tdms({"Press": {name: (PRESS[name][0], said) for name, said in own.items()}}))
+    said = refusal(path)
+    assert "parts of the file that have times of their own" in said
+    assert f'"Press: {place}" (displacement, time, {N} rows); group "Press: {load}" (force, time, {N} rows)' in said
+    assert "--sheet" not in said
 
 
 def test_tdms_groups_that_are_records_are_a_choice(tmp_path: Path) -> None:

@@ -181,3 +181,30 @@ def test_zeros_at_the_end_that_a_program_leaves_away_show_a_decimal_point(tmp_pa
     trimmed = [f"{7.41 + 0.013 * i:.3f}".rstrip("0") for i in range(N)]
     path = written(tmp_path, "Zeit (s);Weg (mm);Kraft (N)", comma(TIME), trimmed, comma(DEPTH))
     np.testing.assert_allclose(read_lab_file(path).columns["displacement"], [1e-3 * float(c) for c in trimmed])
+
+
+DIGITS = {
+    "Arabic": "٠١٢٣٤٥٦٧٨٩",
+    "Persian": "۰۱۲۳۴۵۶۷۸۹",
+    "Devanagari": "०१२३४५६७८९",
+    "full width": "０１２３４５６７８９",
+}
+
+
+@pytest.mark.parametrize("script", DIGITS)
+@pytest.mark.parametrize("marks", [".-", "٫-", "．－", ",−"])
+@pytest.mark.parametrize("before", ["", "\u200f"])
+def test_digits_of_other_scripts_are_read_with_a_note(tmp_path: Path, script: str, marks: str, before: str) -> None:
+    change = str.maketrans("0123456789.-", DIGITS[script] + marks)
+    load = [f"{0.01 * i * i - 0.5:.4f}" for i in range(N)]
+    told = [[before + cell.translate(change) for cell in column] for column in (TIME, DEPTH, load)]
+    table = read_lab_file(written(tmp_path, "Time (s);Displacement (mm);Force (N)", *told))
+    np.testing.assert_allclose(table.columns["force"], [float(cell) for cell in load], rtol=1e-12)
+    np.testing.assert_allclose(table.columns["displacement"], [1e-3 * float(cell) for cell in DEPTH], rtol=1e-12)
+    assert any("digits of another script" in note for note in table.notes)
+
+
+def test_a_name_with_such_a_digit_is_kept_where_the_numbers_are_written_as_usual(tmp_path: Path) -> None:
+    table = read_lab_file(written(tmp_path, "Time (s);Displacement (mm);Force (N);台座２", TIME, DEPTH, CAP, DEPTH))
+    assert 'column 4 "台座２"' in [unread.what for unread in table.unread]
+    assert not any("another script" in note for note in table.notes)

@@ -49,6 +49,47 @@ def counted(seconds: float, digits: int = 3) -> str:
     return f"{parts // 10**digits}.{parts % 10**digits}"
 
 
+# ----------------------------------------------------------------------------------------- a colon before parts of seconds
+
+
+def four_parts(milliseconds: int, last: str) -> str:
+    seconds, part = divmod(milliseconds, 1000)
+    return f"10:{22 + seconds // 60 % 30:02d}:{seconds % 60:02d}:{last.format(ms=part, cs=part // 10, frame=part * 3 // 100)}"
+
+
+@pytest.mark.parametrize(
+    ("last", "step", "jitter"),
+    [("{ms}", 50, 0), ("{ms}", 50, 7), ("{ms}", 500, 0), ("{cs:02d}", 500, 0), ("{cs:02d}", 130, 0), ("{cs}", 130, 0)],
+)
+@pytest.mark.parametrize("before", ["", "2026-11-20 "])
+def test_hundredths_and_milliseconds_behind_a_colon_are_read_with_a_note_where_the_times_show_them(
+    tmp_path: Path, last: str, step: int, jitter: int, before: str
+) -> None:
+    at = [step * i + i * 5 % 11 * jitter // 7 for i in range(N)]
+    table = record(tmp_path, "Time", lambda i: before + four_parts(at[i], last))
+    assert_steps(table, [t / 1000 for t in at], "the last part of the times counts")
+
+
+@pytest.mark.parametrize("last", ["{cs:02d}", "{cs}", "{frame:02d}", "{frame}"])
+def test_others_are_refused_with_what_to_say_unless_they_are_days_hours_minutes_and_seconds(tmp_path: Path, last: str) -> None:
+    at = [130 * i + i * 37 % 97 // 10 * 10 for i in range(N)] if "cs" in last else [100 * i for i in range(N)]
+    with pytest.raises(InputError, match="--units time=h:min:s:cs"):
+        record(tmp_path, "Time", lambda i: four_parts(at[i], last))
+    if "cs" in last:
+        table = record(tmp_path, "Time", lambda i: four_parts(at[i], last), {"time": "h:min:s:cs"})
+        assert_steps(table, [t / 1000 for t in at], "counts hundredths")
+
+
+@pytest.mark.parametrize("step", [1, 7, 20, 30, 40, 45, 59, 60, 61, 90])
+def test_days_hours_minutes_and_seconds_are_no_times_with_hundredths(tmp_path: Path, step: int) -> None:
+    def cell(i: int) -> str:
+        days, rest = divmod(86_000 + step * i, 86_400)
+        return f"{days}:{rest // 3600:02d}:{rest // 60 % 60:02d}:{rest % 60:02d}"
+
+    for said in ({}, {"time": "d:h:min:s"}):
+        np.testing.assert_allclose(np.diff(record(tmp_path, "Time", cell, said).columns["time"]), step)
+
+
 # --------------------------------------------------------------------------------- parts of seconds without zeros before them
 
 

@@ -40,6 +40,39 @@ def assert_press(table: LabTable, n: int = N, *, time: bool = True) -> None:
     assert not any(table.reasons[:n])
 
 
+# --- headers that are quoted once more, and rows without any ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("quotes", ['"""{}"""', '""{}""'])
+@pytest.mark.parametrize(("sep", "cell"), [(",", "{}"), (";", '"{}"'), ("\t", "{}"), (",", '"""{}"""')])
+def test_cells_that_were_quoted_once_more_are_read_with_a_note(tmp_path: Path, quotes: str, sep: str, cell: str) -> None:
+    head = sep.join(quotes.format(name) for name in HEAD.split(","))
+    rows = [sep.join(cell.format(c) for c in row.split(",")) for row in lines(PRESS)]
+    table = read(tmp_path, [head, *rows])
+    assert_press(table)
+    assert any("quoted once more" in note for note in table.notes)
+
+
+def test_an_empty_cell_in_quotes_and_a_quote_within_a_cell_are_none_that_was_quoted_once_more(tmp_path: Path) -> None:
+    table = read(tmp_path, [f'{HEAD},"Rod 5"" (wide)"', *(f'{row},""' for row in lines(PRESS))])
+    assert_press(table)
+    assert not any("quoted once more" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("sep", [";", ","])
+def test_rows_with_a_time_of_day_and_without_a_header_are_refused_with_the_numbers_of_their_columns(
+    tmp_path: Path, sep: str
+) -> None:
+    rows = [f"14:03:{20 + t:06.3f}{sep}{c:.4f}" for t, _, _, c in PRESS]
+    with pytest.raises(InputError) as refused:
+        read(tmp_path, rows)
+    (fault,) = refused.value.faults
+    assert fault.line == 1
+    assert "--columns time=1 --columns capacitance=2, with --units" in fault.advice
+    table = read(tmp_path, rows, Reading(columns={"time": "1", "capacitance": "2"}, units={"capacitance": "pF"}))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * PRESS[:, 3], rtol=1e-6)
+
+
 # --- results below the rows ------------------------------------------------------------------------------------------
 
 RESULTS = [PRESS.mean(0), PRESS.std(0, ddof=1), PRESS.max(0), PRESS.min(0)]

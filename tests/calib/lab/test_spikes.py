@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.spikes import alone
 from models.sensor import FloatArray
 
 N = 160
@@ -68,6 +69,28 @@ def test_a_damaged_digit_that_leaves_a_smooth_course_by_less_than_its_steps_is_l
 def test_beside_an_end_only_what_is_far_off_is_left_out(tmp_path: Path, row: int) -> None:
     assert _left_out(_read(tmp_path, displacement={row: "5.1234"})) == [row]
     assert _left_out(_read(tmp_path, displacement={row: f"{DEPTH[row] + 0.004:.4f}"})) == []
+
+
+@pytest.mark.parametrize("every", [4, 5, 7])
+@pytest.mark.parametrize("quantity", ["force", "capacitance"])
+@pytest.mark.parametrize("begins", [0.08, 0.15, 0.21, 0.3])
+def test_a_touch_between_the_readings_of_a_channel_sampled_more_rarely_leaves_none_out(
+    every: int, quantity: str, begins: float
+) -> None:
+    depth = 0.9 * (1 - np.abs(np.linspace(-1, 1, 200)))
+    noise = np.random.default_rng(7).standard_normal((2, 200))
+    force = 4 * np.maximum(depth - begins, 0.0) ** 1.5 + 0.003 * noise[0]
+    cap = 97.2 + 1.8 * np.maximum(depth - begins, 0.0) ** 1.2 + 0.0008 * noise[1]
+    for first in range(every):
+        rare = np.arange(200) % every == first
+        channels = {"displacement": depth, "force": force, "capacitance": cap}
+        assert alone(channels | {quantity: np.where(rare, channels[quantity], np.nan)}) == {}
+
+
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_a_damaged_digit_of_a_channel_sampled_more_rarely_is_left_out(tmp_path: Path, every: int) -> None:
+    cells = {row: "" for row in range(N) if row % every} | {20 * every: f"{CAP[20 * every] + 0.4:.4f}"}
+    assert [row for row in _left_out(_read(tmp_path, capacitance=cells)) if row % every == 0] == [20 * every]
 
 
 def test_four_damaged_digits_are_left_out_together(tmp_path: Path) -> None:

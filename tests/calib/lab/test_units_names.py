@@ -143,6 +143,23 @@ def test_what_a_balance_below_the_sample_shows_is_a_force(tmp_path: Path, name: 
     assert any("grams-force" in note for note in table.notes)
 
 
+@pytest.mark.parametrize("name", ["CH1 (g)", "Channel 1 (g)", "AI0 (mg)"])
+def test_a_channel_in_g_is_a_load_where_it_goes_with_the_displacement_and_is_asked_for_else(tmp_path: Path, name: str) -> None:
+    size = 9.80665e-6 if "mg" in name else 9.80665e-3
+    head, noise = f"Time (s),Depth (mm),{name},Cp (pF)", 1.0 + 0.01 * np.random.default_rng(3).standard_normal(N)
+    np.testing.assert_allclose(read(tmp_path, head, T, D, cells(FORCE), C).columns["force"], np.round(FORCE, 4) * size)
+    (fault,) = refusal(tmp_path, head, T, D, cells(noise), C).faults
+    assert "a load or an acceleration" in fault.message
+    assert option(fault.advice, "columns") == {"force": name}
+    assert "force" not in read(tmp_path, head, T, D, cells(noise), C, columns={"force": "none"}).columns
+
+
+@pytest.mark.parametrize("name", ["Load (g)", "CH1 (gf)", "CH1 (N)", "CH1 (kg)"])
+def test_a_column_that_can_be_nothing_but_a_load_is_not_asked_for(tmp_path: Path, name: str) -> None:
+    noise = 1.0 + 0.01 * np.random.default_rng(3).standard_normal(N)
+    assert "force" in read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(noise), C).columns
+
+
 @pytest.mark.parametrize("column", [("Weight (g)", ["12.5"] * N), ("Weight", F), ("Acceleration (g)", F)])
 def test_the_mass_of_a_sample_and_other_weights_are_no_force(tmp_path: Path, column: tuple[str, Sequence[str]]) -> None:
     table = read(tmp_path, f"Time (s),Depth (mm),Cp (pF),{column[0]}", T, D, C, column[1])

@@ -1,0 +1,50 @@
+"""From a `Sheet` to the fault of one whose rows hold one reading each, of one quantity or another (`time, channel, value`)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from calib.errors import Fault
+from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import understand
+
+# Names of quantities that such a column may hold, and how often each does at least.
+_MOST, _FEWEST = 64, 4
+
+
+def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
+    """Find a column that names the quantity of each row, where two or more that a press needs stand below one another.
+
+    Parameters
+    ----------
+    sheet : the record.
+    found : quantities that have a column.
+
+    Returns
+    -------
+    The fault, with how the rows become those of a press; None if there is no such column.
+    """
+    for at, column in enumerate(sheet.columns[: len(sheet.names)]):
+        first = next((c.strip() for c in column if c.strip()), "")
+        if not first or is_numeric(first) or is_missing(first):
+            continue
+        cells = [c.strip() for c in column]
+        named = list(dict.fromkeys(cells))
+        if len(named) > _MOST or min(cells.count(name) for name in named) < _FEWEST:
+            continue
+        meant = {IN_PLACE_OF.get(h.quantity, h.quantity) for name in named if (h := understand(name)) is not None}
+        if len((meant & {"force", "displacement", "capacitance"}) - {IN_PLACE_OF.get(q, q) for q in found}) < 2:
+            continue
+        name = sheet.names[at] or f"column {at + 1}"
+        listed = ", ".join(f'"{n}"' for n in named)
+        return Fault(
+            f'each row holds one reading: column "{name}" says of which quantity, {listed}',
+            sheet.text.path,
+            sheet.header_line or None,
+            at + 1,
+            advice=f'Give each a column of its own, with its unit in the name ("Load (N)"), and each time one row: by a '
+            f'pivot table of a workbook with "{name}" as its columns, or by DataFrame.pivot(columns="{name}", ...) of pandas',
+        )
+    return None
