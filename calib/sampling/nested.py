@@ -1,8 +1,8 @@
 """A target with many groups and a funnel in, draws of what the groups share out, with several draws of every group to each.
 
 No draw of fifty specimens at once would have a weight to speak of. But given what they share the groups are independent of
-each other: of several draws of each the mean weight stands for the group, an unbiased estimate of what it adds to the density of
-the shared coordinates (pseudo-marginal importance sampling: Andrieu & Roberts, Ann. Stat. 37 (2009) 697), and one of them,
+each other: of several draws of each the mean weight stands for the group, an unbiased estimate of what it adds to the density
+of the shared coordinates (pseudo-marginal importance sampling: Andrieu & Roberts, Ann. Stat. 37 (2009) 697), and one of them,
 chosen by its weight, is a draw of the group.
 """
 
