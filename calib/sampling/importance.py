@@ -9,8 +9,7 @@ are several modes, a part of the draws is of Student densities round each that a
 at a summit may tell another than its mass has. They show what lies there whatever the proposals know of it.
 
 Of many groups no draw of all at once would have a weight to speak of. There each draw is of what they share, with several of
-each group given that, whose mean weight stands for the group: an unbiased estimate of what the group adds to the density of
-the shared ones (pseudo-marginal importance sampling: Andrieu & Roberts, Ann. Stat. 37 (2009) 697).
+each group given that (`calib.sampling.nested`).
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from scipy.special import logsumexp, ndtri
 from calib.digits import with_uncertainty
 from calib.sampling.archive import K_HAT, smooth_weights
 from calib.sampling.funnel import Funnel, Indices, log_student
+from calib.sampling.nested import nested_draws
 from calib.sampling.proposal import Proposal
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
@@ -138,31 +138,11 @@ def _weighted_groups(
     target: Target, funnel: Funnel, funnels: Sequence[Funnel], random: np.random.RandomState
 ) -> tuple[FloatArray, FloatArray]:
     """Log weights (n_draw,) of draws of one funnel's shared coordinates, under those of all, and values there (n_draw, n)."""
-    shared = funnel.fresh(random, _SHARED_DRAWS)
-    own = funnel.block > 0
-    log_ratios, values = [], []
-    for _ in range(_GROUP_DRAWS):
-        t = np.where(own, funnel.fresh(random, _SHARED_DRAWS), shared)
-        x = funnel.at(t)
-        parts = target.log_parts(x)
-        widths = funnel.log_widths(x)
-        log_q = funnel.log_blocks(t) - np.stack(
-            [np.sum(widths[:, funnel.block == k], axis=1) for k in range(parts.shape[1])], 1
-        )
-        log_ratios.append(parts - np.where(np.arange(parts.shape[1]) > 0, log_q, 0.0))
-        theta, _ = target.to_theta(x)
-        values.append(target.columns(np.where(np.isfinite(theta), theta, 0.0)))
-    ratios = np.stack(log_ratios)
-    top = np.max(ratios, axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        inner = np.where(np.isfinite(top), np.exp(ratios - np.where(np.isfinite(top), top, 0.0)), 0.0)
-        log_means = np.log(np.mean(inner, axis=0)) + top
-        inner /= np.sum(inner, axis=0)
-    log_mixture = logsumexp([f.log_shared(x) for f in funnels], axis=0)
-    inner[:, :, 0] = 1 / _GROUP_DRAWS
-    mean = np.sum(np.nan_to_num(inner)[:, :, funnel.block_of_columns] * np.stack(values), axis=0)
-    total = np.sum(log_means, axis=1) - log_mixture
-    return np.where(np.isfinite(total), total, -np.inf), mean
+    drawn = nested_draws(target, funnel, random, _SHARED_DRAWS, _GROUP_DRAWS)
+    theta, _ = target.to_theta(drawn.x.reshape(-1, drawn.x.shape[-1]))
+    values = target.columns(np.where(np.isfinite(theta), theta, 0.0)).reshape(drawn.x.shape)
+    log_mixture = logsumexp([f.log_shared(drawn.x[0]) for f in funnels], axis=0)
+    return drawn.log_marginal - log_mixture, drawn.mean_of(values)
 
 
 def contradictions(

@@ -14,13 +14,14 @@ import numpy as np
 from calib.sampling.ensemble import SHAPELESS, EnsembleState, Moves, moves_by, walk
 from calib.sampling.funnel_fit import normal_funnel
 from calib.sampling.laplace import importance_weights
+from calib.sampling.nested import nested_draws
 from calib.sampling.proposal import Mixture, Proposal, fit_proposal
 from calib.sampling.scoring import FAR_BELOW
 from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 8
+START_VERSION = 9
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -49,6 +50,9 @@ _SKETCHED, _NEAR = 6000, 0.25
 # A proposal with ends is fitted to its own draws at most so often, while so many of them for each unknown are effective, and
 # not so large a share of all.
 _RENEWALS, _RENEWED, _GOOD = 4, 40, 0.5
+# The same of many groups: of each so many draws for each of what they share, and the share of draws for which weights are made
+# milder.
+_GROUP_RENEWALS, _EACH_GROUP, _GOOD_OF_GROUPS, _MILD = 2, 8, 0.25, 0.5
 # How often those that are beyond a bound are drawn anew.
 _REDRAWN = 8
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
@@ -341,7 +345,9 @@ def start(
         before = visited
         if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(rounds)):
             break
-    if accepted >= LEAST_ACCEPTED and any(part.ended.size for part in proposal.parts):
+    if target.groups and not target.alike:
+        state, proposal = _renewed_by_groups(target, state, proposal, random)
+    elif accepted >= LEAST_ACCEPTED and any(part.ended.size for part in proposal.parts):
         state, proposal = _renewed(target, state, proposal, random)
     # Moves of groups include one that needs no shape, and those of all coordinates together would lead nowhere.
     return Start(state, proposal if target.groups or accepted >= LEAST_ACCEPTED else None)
@@ -368,6 +374,32 @@ def _renewed(
         if effective > _GOOD * weight.size:
             break
         proposal = fit_proposal(x, target.scales, proposal, weight=weight, ends=target.ends)
+    return state, proposal
+
+
+def _renewed_by_groups(
+    target: Target, state: EnsembleState, proposal: Proposal, random: np.random.RandomState
+) -> tuple[EnsembleState, Proposal]:
+    """Fit the proposal of many groups anew to its own draws, weighted, and place the walkers among them.
+
+    A noise or discrepancy that they share forgets where it was within hundreds of steps, so that after some rounds walkers are
+    not spread as the target is, and what was fitted to them is too narrow. Draws do not walk.
+    """
+    funnel = proposal.parts[0]
+    for _ in range(_GROUP_RENEWALS):
+        drawn = nested_draws(target, funnel, random, _SKETCHED, _EACH_GROUP)
+        log_weight = drawn.log_marginal - funnel.log_shared(drawn.x[0])
+        if np.sum(np.isfinite(log_weight)) < len(state.coords):
+            break
+        x = drawn.chosen(random)
+        chosen = random.choice(len(x), len(state.coords), p=_mild_weights(log_weight, _EFFECTIVE * len(state.coords)))
+        state = EnsembleState.of(x[chosen], target.log_density(x[chosen]), random)
+        weight = importance_weights(log_weight)
+        if 1 / float(np.sum(weight**2)) > _GOOD_OF_GROUPS * len(x):
+            break
+        mild = _mild_weights(log_weight, _MILD * len(x))
+        proposal = fit_proposal(x, target.scales, proposal, target.groups, weight=mild, ends=target.ends)
+        funnel = proposal.parts[0]
     return state, proposal
 
 

@@ -25,9 +25,11 @@ from calib.sampling.ensemble import OF_LOT, STORE_EVERY, EnsembleState, Moves, a
 from calib.sampling.funnel_fit import fit_funnel
 from calib.sampling.identity import usual_walkers
 from calib.sampling.importance import second_opinion
+from calib.sampling.nested import nested_draws
 from calib.sampling.proposal import Proposal
 from calib.sampling.sampler import sample_target
 from calib.sampling.scoring import score, slopes_at
+from calib.sampling.start import find_modes, join_modes, start
 from calib.sampling.target import Tie, target_of, tie_of
 from models.sensor import FloatArray
 
@@ -255,6 +257,36 @@ def test_independent_draws_of_many_specimens_have_the_means_of_the_target() -> N
     off = np.abs(opinion.mean - np.mean(exact, axis=0)) / opinion.error
     assert np.max(off) < 4.5
     assert np.max(opinion.error / np.std(exact, axis=0)) < 0.15
+
+
+def test_draws_of_what_specimens_share_are_weighted_by_what_several_draws_of_each_specimen_say() -> None:
+    target = specimens("some", 8, 0.1)
+    exact = target.exact(np.random.default_rng(2), 20_000)
+    funnel = fit_funnel(exact[:4000] * 1.1 + 0.1 * np.std(exact, axis=0), target.scales, groups=target.groups)
+    random = np.random.RandomState(1)
+    drawn = nested_draws(target, funnel, random, 6000, 8)
+    log_weight = drawn.log_marginal - funnel.log_shared(drawn.x[0])
+    weight = np.exp(log_weight - np.max(log_weight))
+    weight /= np.sum(weight)
+    error = np.std(exact, axis=0) * np.sqrt(np.sum(weight**2))
+    chosen = drawn.chosen(random)
+    assert np.max(np.abs(weight @ chosen - np.mean(exact, axis=0)) / error) < 4.5
+    assert np.max(np.abs(weight @ drawn.mean_of(drawn.x) - np.mean(exact, axis=0)) / error) < 4.5
+    np.testing.assert_allclose(weight @ chosen**2 / np.mean(exact**2, axis=0), 1, atol=0.1)
+    np.testing.assert_array_equal(chosen[:, :4], drawn.x[0][:, :4])
+
+
+def test_walkers_of_a_lot_begin_spread_as_the_target_is_though_the_rounds_before_were_too_few() -> None:
+    target = specimens("some", 8, 0.1)
+    exact = target.exact(np.random.default_rng(2), 20_000)
+    (mode,) = join_modes(target, find_modes(target, np.random.SeedSequence(1)))
+    begun = start(target, (mode,), np.random.SeedSequence(3), 960, most_rounds=3)  # 0.4 to 1.25 of the spread after these
+    assert begun.proposal is not None
+    drawn = begun.proposal.draw(np.random.RandomState(1), 20_000)
+    for found in (begun.state.coords, drawn):
+        spread = np.std(found, axis=0) / np.std(exact, axis=0)
+        assert np.min(spread) > 0.6
+        assert np.max(spread) < 1.3
 
 
 def test_a_lot_converges_to_the_truth_and_a_stopped_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
