@@ -116,10 +116,14 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
 
 def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_cells: Mapping[int, Heading]) -> list[str]:
     """The notes on columns that are a record only by what stands beside them."""
-    notes = []
+    notes, designations = [], sheet.designated()
     for quantity, (index, _) in chosen.items():
         name, below = sheet.names[index], sheet.unit_below(index)
         if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
+            continue
+        if index in designations and as_a_mean(name, below) is None:
+            shown = f'"{designations[index][1]}" in its name is passed by'
+            notes.append(f'{quantity} is taken from "{name}": {shown}, and no other column is the {quantity} or in such a unit')
             continue
         why = (
             "holds a mean of readings in each row"

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from calib.errors import Fault
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
@@ -92,6 +93,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
+                known = known or list(designated(tuple(cells), ("",) * len(cells)))
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2

@@ -13,6 +13,7 @@ from calib.lab.instruments.cell_units import with_plain_cells
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
+from calib.lab.instruments.designated import designated
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
@@ -194,6 +195,7 @@ def _is_record(text: LabText, reading: Reading) -> bool:
     if found is None:
         return False
     quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
+    quantities |= {heading.quantity for heading, _ in designated(tuple(found[2]), ("",) * len(found[2])).values()}
     return bool({"force", "displacement"} <= quantities or {"capacitance", "capacitance_series"} & quantities)
 
 
