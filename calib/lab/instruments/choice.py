@@ -334,7 +334,8 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
     fitting = [i for i in of_unit if is_unit_of(sheet.unit_written(i), quantity)]
     moving = [i for i in fitting if not stands_still(readings([sheet.columns[i]], [1.0], sheet.declared_decimal)[0])]
-    own = tuple(sheet.name_for_asking(i) for i in moving or fitting)
+    of_its_name = [i for i, name in enumerate(sheet.names) if i in choice.unread and name and is_unit_of(name, quantity)]
+    own = tuple(sheet.name_for_asking(i) for i in moving or fitting or of_its_name)
     if own:
         return f"say which column it is: {Choice('columns', own, quantity)}"
     strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]
