@@ -79,7 +79,7 @@ def with_subseconds(sheet: Sheet) -> WholeClock:
             aside = {**sheet.set_aside, parts: f"the parts of a second of {names[0]}, put together with it"}
             note = f"{names[1]} holds the parts of a second of {names[0]}: the time is put together from both"
             return WholeClock(replace(sheet, columns=columns, set_aside=aside, notes=(*sheet.notes, note)))
-        if not named:
+        if odd is None or not named:
             continue
         aside = {**sheet.set_aside, parts: f"does not go on with the seconds of {names[0]}"}
         apart = replace(sheet, set_aside=aside)
