@@ -151,7 +151,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         }
         return _with_unread(read[own], own, why)
     listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
-    advice = "Say which one it is and what its columns are: --sheet NAME --columns force=2 --units force=N"
+    advice = (
+        "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=N"
+    )
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
 
 
