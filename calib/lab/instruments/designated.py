@@ -3,40 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record, tidy, without_brackets
-from calib.lab.instruments.lexicon import (
-    CHANNELS,
-    DERIVED,
-    KEYS,
-    MAKERS,
-    NUMBERED_OTHERWISE,
-    ONLY_WITH_UNIT,
-    PHASES,
-    PROCESSED,
-    RELATIVE,
-    SECOND,
-)
+from calib.lab.instruments.instrument_words import APART, instrument_words
+from calib.lab.instruments.lexicon import MAKERS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading, as_a_record, understand
 
-_NOT_BESIDE = KEYS | PHASES | PROCESSED | DERIVED | RELATIVE | SECOND | NUMBERED_OTHERWISE
-# "LVDT1", "Laser2", but no letter: "S2" and "P1" are specimens.
-_NUMBERED = CHANNELS | {name for name in ONLY_WITH_UNIT if len(name) > 2}
-_APART = r"[\s_:;,|]+"
-# An input of a board: "Dev1/ai1", "cDAQ1Mod2/ai0"; "ao" is an output.
-_INPUT = re.compile(r"\w+/ai\d{1,3}", re.IGNORECASE)
-_CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?\d{1,3}")
-# A model: "U9C", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a factor.
-_MODEL = re.compile(
-    r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|[a-z]{2,}\d{3,5}|"
-    r"(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
-)
-_NUMBER = re.compile(r"\d{3,5}")
 _BY_UNIT = ("force", "displacement", "capacitance")
 
 
@@ -84,8 +60,8 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
     if cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return None
     outside, brackets = cut
-    parts = [part for part in re.split(_APART, outside) if part]
-    passed = list(_passed_by(parts))
+    parts = [part for part in re.split(APART, outside) if part]
+    passed = instrument_words(parts)
     left = [part for part, is_passed in zip(parts, passed, strict=True) if not is_passed]
     words = " ".join(part for part, is_passed in zip(parts, passed, strict=True) if is_passed)
     unit = below or unit_in(name)
@@ -100,28 +76,3 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
         return None
     quantity = next((quantity for quantity in _BY_UNIT if is_unit_of(unit, quantity)), "")
     return (Heading(quantity, 3 * PLAIN, words.lower(), None if below else unit), words) if quantity else None
-
-
-def _passed_by(parts: Sequence[str]) -> Iterator[bool]:
-    """Which parts of a name are a maker, a model, or a channel with its number, be it a part of its own."""
-    for before, part, after in zip(["", *parts], parts, [*parts[1:], ""], strict=False):
-        plain = part.strip(".#").lower()
-        channel = _CHANNEL.fullmatch(part)
-        yield (
-            plain in MAKERS
-            or (plain in CHANNELS and _is_index(after))
-            or (_is_index(part) and before.strip(".#").lower() in CHANNELS)
-            or (_NUMBER.fullmatch(part) is not None and before.lower() in MAKERS)
-            or (channel is not None and channel["word"].lower() in _NUMBERED)
-            or _INPUT.fullmatch(part) is not None
-            or _is_model(part)
-        )
-
-
-def _is_index(part: str) -> bool:
-    return part.strip("#.").isdecimal() and len(part) < 4
-
-
-def _is_model(part: str) -> bool:
-    said = [word.lower() for word in re.findall(r"[^\W\d]+", part)]
-    return _MODEL.fullmatch(part) is not None and not any(word in _NOT_BESIDE or no_record(word) for word in said)

@@ -222,6 +222,8 @@ NUMBERED_OTHERWISE = _set(
     "old new ver rev copy day week cyc rep batch lot ball seg pass press side sp pv mv no nr id hz khz off corr norm log "
     "ln rate dt top left right upper lower pos temp ratio resid ld ul up down"
 )
+#: Names of a time that begins anew with each step of a test, and is one of the record where it holds one step.
+STEP_TIMES = frozenset(["step time", "segment time", "time in step", "schrittzeit", "zeit im schritt", "abschnittszeit"])
 #: Words of a second instrument of a kind, beside the one that is meant where nothing else is said.
 SECOND = _set("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter")
 #: Words that name a column whose values part a long table into several records.

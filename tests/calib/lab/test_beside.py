@@ -311,7 +311,11 @@ def test_names_between_commas_above_rows_between_blanks_are_read(tmp_path: Path,
     assert_press(read_lab_file(path))
 
 
-@pytest.mark.parametrize("comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell"])
+INSTRUMENTS = ("run 3\tLVDT\tS2M", "test 3\trun 3\tU9C", "\tKeyence LK-H050\tKistler 9207", "\tchannel 2\tLC-10N")
+OTHERWISE = ("run 3\trun 3\trun 4", "\tLVDT\tGAIN10", "\tLVDT\tS2M max")
+
+
+@pytest.mark.parametrize("comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell", *INSTRUMENTS])
 def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"
     rows = ["\t".join(map(str, row)) for row in ROWS]
@@ -321,7 +325,9 @@ def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, com
     assert any("comments on the columns" in part.reason for part in table.unread)
 
 
-@pytest.mark.parametrize("comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN"])
+@pytest.mark.parametrize(
+    "comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", *OTHERWISE]
+)
 def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"
     rows = ["\t".join(map(str, row)) for row in ROWS]

@@ -141,6 +141,26 @@ def test_nothing_is_said_of_a_time_where_no_column_goes_up(tmp_path: Path) -> No
     assert not any("no time" in note for note in read(tmp_path, "Remark", lambda i: f"{i % 7}").notes)
 
 
+@pytest.mark.parametrize("name", ["Step time (s)", "Segment time [s]", "Schrittzeit (s)"])
+def test_the_time_of_the_only_step_is_the_time_with_a_note(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, name, lambda i: f"{0.1 * i:.1f}")
+    assert_time(table)
+    assert any("never begins anew" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("Step time (s)", lambda i: f"{0.1 * (i % 40):.1f}"),
+        ("Step time (s)", lambda i: "30.0"),
+        ("Step time", lambda i: f"{0.1 * i:.1f}"),
+        ("Step time (N)", lambda i: f"{0.1 * i:.1f}"),
+    ],
+)
+def test_the_time_of_several_steps_or_without_a_unit_is_not_read(tmp_path: Path, name: str, cell: Callable[[int], str]) -> None:
+    assert "time" not in read(tmp_path, name, cell).columns
+
+
 # --- milliseconds in a column of their own ---------------------------------------------------------------------------
 
 
