@@ -928,7 +928,7 @@ def test_tdms_channels_of_other_rates_or_lengths_are_other_parts(tmp_path: Path)
 
 def test_tdms_channels_of_another_length_than_their_times_are_told_with_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "a.tdms"
-    channels = {"Time (s)": (TIME, {}), "Load (N)": (FORCE, {}), "Extension (mm)": (DEPTH[:-7], {})}
+    channels: Channels = {"Time (s)": (TIME, {}), "Load (N)": (FORCE, {}), "Extension (mm)": (DEPTH[:-7], {})}
     path.write_bytes(tdms({"Press": channels}))
     assert f'{len(TIME) - 7} readings, and "Time (s)" has {len(TIME)}: which of them belong together is not told' in refusal(
         path
