@@ -12,6 +12,8 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
+# What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
+_OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
 # Pointed brackets are brackets where they end a name: "Load<N>".
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 # "in 10 mN", "en 10 N": a number before the unit behind a name is a factor.
@@ -59,12 +61,19 @@ def tidy(cell: str) -> str:
 
     >>> tidy("# Load<N>"), tidy("Compressive.load..N."), tidy("Max..N..s."), tidy("CAP_PF")
     ('Load(N)', 'Compressive load (N)', 'Max..N..s.', 'CAP_pF')
+    >>> tidy("RawForce_N_"), tidy("Stiffness_N_mm_"), tidy("Depth__m_"), tidy("Load_10_N_")
+    ('Raw Force (N)', 'Stiffness_N_mm_', 'Depth__m_', 'Load_10_N_')
     """
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = usual_case(cell)
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
+    of_matlab = _OF_MATLAB.fullmatch(cell)
+    if of_matlab is not None and looks_like_unit(of_matlab["unit"]):
+        *before, last = of_matlab["name"].split("_")
+        if not (before and looks_like_unit(last)):
+            return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
     cell = _FILTERED.sub("filtered", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 

@@ -12,10 +12,10 @@ from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lexicon import OF_TESTERS
+from calib.lab.instruments.lexicon import OF_TESTERS, STEP_TIMES
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
-from calib.lab.instruments.rivals import holds_clock, readings, stands_still
+from calib.lab.instruments.rivals import goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of
@@ -29,6 +29,7 @@ from calib.lab.instruments.vocabulary import (
     understood_names,
     why_unread,
 )
+from models.sensor import FloatArray
 
 
 @dataclass(frozen=True)
@@ -95,11 +96,25 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
 
 
 def _clocks_by_cells(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int, str]) -> dict[int, Heading]:
-    """The headings of columns that are clocks by their cells, where no name is one of a time and the user says none is."""
+    """The headings of columns that are clocks by their cells, or the time of one step, where no other is the time."""
     if "time" in {h.quantity for h in headings.values()} or "time" in sheet.assigned.values():
         return {}
     left = [i for i in range(len(sheet.names)) if i not in headings and i not in unread and _says_nothing(sheet, i)]
-    return {i: heading_as("time", sheet.names[i], sheet.unit_below(i)) for i in clocks_by_cells(sheet, left)}
+    clocks = clocks_by_cells(sheet, left) or [i for i in left if _is_time_of_one_step(sheet, i)]
+    return {i: heading_as("time", sheet.names[i], sheet.unit_below(i)) for i in clocks}
+
+
+def _is_time_of_one_step(sheet: Sheet, index: int) -> bool:
+    """Whether a column is called the time within a step, has a unit of time, and never begins anew."""
+    heading = heading_as("time", sheet.names[index], sheet.unit_below(index))
+    if heading.name not in STEP_TIMES or not is_unit_of(heading.unit or sheet.unit_below(index), "time"):
+        return False
+    values = _alone(sheet, index)
+    return not stands_still(values) and not goes_back(values)
+
+
+def _alone(sheet: Sheet, index: int) -> FloatArray:
+    return readings([sheet.columns[index]], [1.0], sheet.declared_decimal)[0]
 
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:
@@ -109,6 +124,8 @@ def _says_nothing(sheet: Sheet, index: int) -> bool:
 
 
 def _by_cells_note(sheet: Sheet, index: int) -> str:
+    if not holds_clock(sheet.columns[index]):
+        return f'"{_shown(sheet, index)}" is taken as the time: it never begins anew, as if the record were one step'
     dated = "-" in (first := in_figures(first_cell(sheet, index)).text) or "/" in first or first.count(".") > 1
     what = "dates with times of day" if dated else "times of day"
     return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
@@ -116,10 +133,14 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
 
 def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_cells: Mapping[int, Heading]) -> list[str]:
     """The notes on columns that are a record only by what stands beside them."""
-    notes = []
+    notes, designations = [], sheet.designated()
     for quantity, (index, _) in chosen.items():
         name, below = sheet.names[index], sheet.unit_below(index)
         if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
+            continue
+        if index in designations and as_a_mean(name, below) is None:
+            shown = f'"{designations[index][1]}" in its name is passed by'
+            notes.append(f'{quantity} is taken from "{name}": {shown}, and no other column is the {quantity} or in such a unit')
             continue
         why = (
             "holds a mean of readings in each row"
@@ -250,7 +271,7 @@ def _letter_that_may_be_a_place(sheet: Sheet, chosen: Mapping[str, tuple[int, He
         return []
     if "force" not in chosen and sheet.names[index].strip() == "D":
         return []  # as meters write it
-    (values,) = readings([sheet.columns[index]], [1.0], sheet.declared_decimal)
+    values = _alone(sheet, index)
     there = values[np.isfinite(values)]
     if not there.size or (there.min() >= 0 and (np.ptp(there) < 0.5 * there.max() or there.max() < 0.05)):
         return []
@@ -329,8 +350,9 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
     of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
     fitting = [i for i in of_unit if is_unit_of(sheet.unit_written(i), quantity)]
-    moving = [i for i in fitting if not stands_still(readings([sheet.columns[i]], [1.0], sheet.declared_decimal)[0])]
-    own = tuple(sheet.name_for_asking(i) for i in moving or fitting)
+    moving = [i for i in fitting if not stands_still(_alone(sheet, i))]
+    of_its_name = [i for i, name in enumerate(sheet.names) if i in choice.unread and name and is_unit_of(name, quantity)]
+    own = tuple(sheet.name_for_asking(i) for i in moving or fitting or of_its_name)
     if own:
         return f"say which column it is: {Choice('columns', own, quantity)}"
     strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]

@@ -23,6 +23,7 @@ from calib.lab.instruments.header import (
 )
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
+from calib.lab.instruments.named_values import named_values
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.quotes import check_quotes
@@ -67,6 +68,9 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         If no header is found, no row follows it, another table follows, a row is wider than the header, or the file
         holds several specimens and `reading` does not say which.
     """
+    pairs = None if text.typed else named_values(text)
+    if pairs is not None:
+        return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
     found = find_header(text, reading)
     listed = listed_header(text)
     if listed is not None and (found is None or found[1] <= listed.above):

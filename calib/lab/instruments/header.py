@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from calib.errors import Fault
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
@@ -92,12 +93,19 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
+                known = known or list(designated(tuple(cells), ("",) * len(cells)))
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2
+                numerals = sum(map(is_numeric, cells[1:]))
                 if (
                     not known
-                    or sum(map(is_numeric, cells[1:])) > most
+                    or numerals > most
+                    or (
+                        numerals
+                        and named_so
+                        and not _fits_rows(len(cells), text.lines[index + 1 : index + _ROWS_SEEN], delimiter)
+                    )
                     or _units_of_names_above(text.lines[:index], cells, delimiter)
                 ):
                     continue
@@ -110,6 +118,13 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+def _fits_rows(width: int, below: Sequence[str], delimiter: str) -> bool:
+    """Whether the first row of numbers below has so many cells, or one more; a line with numbers above others is a setting."""
+    rows = ([cell for cell in split_line(line, delimiter) if cell] for line in below)
+    first = next((r for r in rows if len(r) > 1 and all(is_numeric(c) or is_clock(c) or is_missing(c) for c in r)), None)
+    return first is None or len(first) in (width, width + 1)
 
 
 def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter: str) -> bool:

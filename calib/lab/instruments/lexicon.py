@@ -208,6 +208,22 @@ REMARKS = QUALIFIERS | _set(
     "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
     "down up calibrated auto medium slow fast"
 )
+#: Words before the number of a channel of an amplifier or a board: `ch1`, `AI 1`.
+CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang 通道 채널")
+#: Who makes load cells, displacement sensors and meters: `Kistler 9207 [N]`.
+MAKERS = _set(
+    "kistler hbm hbk burster futek lorenz schunk ati zemic kyowa tml vishay tedea revere sauter imada shimpo keyence wenglor "
+    "baumer sick heidenhain sylvac mitutoyo micro-epsilon microepsilon solartron rdp novotechnik polytec renishaw "
+    "magnescale omron panasonic keysight agilent hioki wayne-kerr gwinstek"
+)
+#: Words that stand before a number of something else than an instrument: a specimen, a gain, a filter, a version.
+NUMBERED_OTHERWISE = _set(
+    "at av ma sg lp hp bp gain amp mult div factor fac scale zoom ref zero tare tara sim fem fea poly model eq pred exp "
+    "old new ver rev copy day week cyc rep batch lot ball seg pass press side sp pv mv no nr id hz khz off corr norm log "
+    "ln rate dt top left right upper lower pos temp ratio resid ld ul up down"
+)
+#: Names of a time that begins anew with each step of a test, and is one of the record where it holds one step.
+STEP_TIMES = frozenset(["step time", "segment time", "time in step", "schrittzeit", "zeit im schritt", "abschnittszeit"])
 #: Words of a second instrument of a kind, beside the one that is meant where nothing else is said.
 SECOND = _set("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter")
 #: Words that name a column whose values part a long table into several records.

@@ -59,6 +59,10 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
     if plain:
         yield from plain
         return
+    twice = list(_in_two_languages(name.split("/"), (*inside, unit_below))) if "/" in name else []
+    if twice:
+        yield from twice
+        return
     match = _SAMPLED.match(name)
     if match is not None and match["name"] in NAMES["time"]:
         if any(u and is_unit_of(u, "time") for u in (*inside, unit_below)):
@@ -97,6 +101,14 @@ def is_channel(name: str) -> bool:
     (True, False)
     """
     return _CHANNEL.match(name) is not None
+
+
+def _in_two_languages(names: Sequence[str], units: Sequence[str]) -> Iterator[Meaning]:
+    """What names of one quantity with a stroke between them mean, in a unit of it: "kraft/force"; of two it is a ratio."""
+    found = [{m.quantity: m.rank for m in plain_meanings(part)} if len(part := name.strip()) > 1 else {} for name in names]
+    for quantity, rank in found[0].items():
+        if all(quantity in others for others in found) and any(unit and is_unit_of(unit, quantity) for unit in units):
+            yield Meaning(quantity, rank + PLAIN)
 
 
 def plain_meanings(name: str) -> Iterator[Meaning]:

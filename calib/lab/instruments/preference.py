@@ -95,7 +95,7 @@ def best_of(
     candidates = sorted(candidates, key=lambda c: (*_preference(c, asked_index), c.index in coarse, c.index))
     best, others = candidates[0], candidates[1:]
     found = _beside(sheet, quantity, best, others, asked_index)
-    faults = [*found.faults, *_less_than(sheet, quantity, best, unread, asked_index)]
+    faults = [*found.faults, *_less_than(sheet, quantity, best, unread, reading, asked_index)]
     if best.heading.name_doubt:
         this = Choice("columns", (sheet.name_for_asking(best.index),), quantity)
         faults.append(
@@ -113,7 +113,9 @@ def best_of(
     return best, Remarks({**unread, **found.unread}, found.notes, tuple(faults))
 
 
-def _less_than(sheet: Sheet, quantity: str, best: PossibleColumn, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
+def _less_than(
+    sheet: Sheet, quantity: str, best: PossibleColumn, unread: Mapping[int, str], reading: Reading, asked_index: str
+) -> list[Fault]:
     """The choice of a column that a number or a letter names, or that stands still, where one of the plain name is not read.
 
     That is so by a statistic or a factor in its brackets, or by a unit of another kind: which may be the mistake.
@@ -125,7 +127,7 @@ def _less_than(sheet: Sheet, quantity: str, best: PossibleColumn, unread: Mappin
     still = still and stands_still(_readings_alone(sheet, best.index))
     if quantity not in _DECISIVE or not (numbered or best.heading.letter or still):
         return []
-    if quantity == "time" and (day := _time_of_day(sheet, best)) is not None:
+    if quantity == "time" and (day := _time_of_day(sheet, best, reading)) is not None:
         choice = Choice("columns", (sheet.name_for_asking(day), sheet.name_for_asking(best.index)), quantity)
         return [
             Fault(
@@ -163,13 +165,14 @@ def _less_than(sheet: Sheet, quantity: str, best: PossibleColumn, unread: Mappin
     return []
 
 
-def _time_of_day(sheet: Sheet, best: PossibleColumn) -> int | None:
+def _time_of_day(sheet: Sheet, best: PossibleColumn, reading: Reading) -> int | None:
     """A column under a name that is not understood whose times of day are those of another clock than a time; None if none."""
     for index, name in enumerate(sheet.names):
         cells = sheet.columns[index]
         if not name or as_a_record(name, sheet.unit_below(index)) is not None or not holds_clock(cells):
             continue
-        day, own = readings([cells, sheet.columns[best.index]], [1.0, 1.0], sheet.declared_decimal)
+        _, factor = unit_of_column(sheet, best.index, best.heading, reading)
+        day, own = readings([cells, sheet.columns[best.index]], [1.0, factor], sheet.declared_decimal)
         if not stands_still(day) and _is_another_clock(replace(best, index=index, values=day), replace(best, values=own)):
             return index
     return None

@@ -13,6 +13,7 @@ from calib.lab.instruments.cell_units import with_plain_cells
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
+from calib.lab.instruments.designated import designated
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
@@ -157,7 +158,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     if apart is not None:
         raise InputError(apart)
     listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
-    advice = "Say which one it is and what its columns are: --sheet NAME --columns force=2 --units force=N"
+    advice = (
+        "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=N"
+    )
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
 
 
@@ -228,7 +231,8 @@ def _named_in(text: LabText, reading: Reading) -> set[str]:
     found = find_header(text, reading)
     if found is None:
         return set()
-    return {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
+    quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
+    return quantities | {heading.quantity for heading, _ in designated(tuple(found[2]), ("",) * len(found[2])).values()}
 
 
 def _n_rows(part: Part) -> int:

@@ -57,7 +57,8 @@ class WholeClock:
 def with_subseconds(sheet: Sheet) -> WholeClock:
     """Put a clock of whole seconds and the column of its milliseconds, or of other parts of a second, together.
 
-    They fit if the parts stay below a second, go on within each second, and begin anew as it is full.
+    They fit if the parts stay below a second, go on within each second, and begin anew as it is full. A column without a name
+    is one of milliseconds where it does all that beside a clock that stands still within each second.
 
     Parameters
     ----------
@@ -71,13 +72,15 @@ def with_subseconds(sheet: Sheet) -> WholeClock:
         seconds = _seconds(cells)
         if np.count_nonzero(np.isfinite(seconds)) < _FEWEST:
             continue
-        names = f'"{sheet.names[clock] or f"column {clock + 1}"}"', f'"{sheet.names[parts]}"'
-        odd = _does_not_fit(seconds, shares)
-        if odd is None:
+        names = [f'"{sheet.names[i] or f"column {i + 1}"}"' for i in (clock, parts)]
+        odd, named = _does_not_fit(seconds, shares), not _without_name(sheet, parts)
+        if odd is None and (named or _fills_seconds(seconds, shares)):
             columns = (*sheet.columns[:clock], cells, *sheet.columns[clock + 1 :])
             aside = {**sheet.set_aside, parts: f"the parts of a second of {names[0]}, put together with it"}
             note = f"{names[1]} holds the parts of a second of {names[0]}: the time is put together from both"
             return WholeClock(replace(sheet, columns=columns, set_aside=aside, notes=(*sheet.notes, note)))
+        if odd is None or not named:
+            continue
         aside = {**sheet.set_aside, parts: f"does not go on with the seconds of {names[0]}"}
         apart = replace(sheet, set_aside=aside)
         if clock in sheet.assigned or "time" in sheet.assigned.values() or odd < 0:
@@ -93,6 +96,11 @@ def with_subseconds(sheet: Sheet) -> WholeClock:
 def _pairs(sheet: Sheet) -> Iterator[tuple[int, int, float]]:
     """Columns of whole seconds, each with one that is called after parts of a second, and how many of these are one."""
     named = {i: size for i, name in enumerate(sheet.names) if (size := _named_parts(name)) is not None}
+    if not named:
+        cells = {
+            i: sheet.columns[i][0].strip() for i in range(len(sheet.names)) if sheet.columns[i] and _without_name(sheet, i)
+        }
+        named = {i: 1e3 for i, cell in cells.items() if cell.isdecimal()}
     named = {i: size for i, size in named.items() if i not in sheet.assigned and i not in sheet.set_aside}
     if not named:
         return
@@ -105,6 +113,18 @@ def _pairs(sheet: Sheet) -> Iterator[tuple[int, int, float]]:
         numbers = is_unit_of(unit, "time") and lab_factor(unit, "time") == 1.0 and all(map(_WHOLE.fullmatch, seen))
         if seen and (numbers or all(_WHOLE_SECONDS.fullmatch(in_figures(c).text) for c in seen)):
             yield from ((clock, parts, size) for parts, size in named.items())
+
+
+def _without_name(sheet: Sheet, index: int) -> bool:
+    """Whether a column has no name, or its number in place of one."""
+    return not sheet.names[index] or not sheet.header_line
+
+
+def _fills_seconds(seconds: FloatArray, shares: FloatArray) -> bool:
+    """Whether parts of a second go up in each that has several, as milliseconds alone do, and reach beyond half of one."""
+    whole = seconds - shares
+    within = np.diff(whole) == 0
+    return bool(np.count_nonzero(within) >= _FEWEST and np.all(np.diff(shares)[within] > 0) and np.nanmax(shares) > 0.5)
 
 
 def _named_parts(name: str) -> float | None:

@@ -27,6 +27,7 @@ _ONE_LINE = (
 _NO_UNITS = "Take the units out of the cells, by find and replace, and write each into its name in the header: Load (N)"
 # A cell with a reading and its unit, "0.21 N".
 _WITH_UNIT = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*[^\W\d_]\S{0,5}")
+_OF_RECORD = re.compile(r"\b(?:run|test|trial|specimen|sample|probe|versuch|essai)[ ._#]*(\d+)\b", re.IGNORECASE)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -236,6 +237,8 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
     """Whether a row below the units, as Origin has one, says of columns what leaves them as they are, and names none anew."""
     if not len(cells) == len(names) == len(units) or not any(c.strip() for c in cells):
         return False
+    if len({match[1] for cell in cells if (match := _OF_RECORD.search(cell)) is not None}) > 1:
+        return False  # columns of several records
     for cell, name, unit in zip(cells, names, units, strict=True):
         if not cell.strip():
             continue

@@ -61,7 +61,7 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         commanded = [i for i, (name, unit) in enumerate(columns) if _is_commanded(name, unit, quantity)]
         if quantity not in known and commanded and len(measured) == 1:
             name, unit = columns[measured[0]]
-            own = unit or _unit_in(name)
+            own = unit or unit_in(name)
             found[measured[0]] = Heading(quantity, 3 * PLAIN, " ".join(_plain_words(name)), None if unit else own)
     seconds = [
         i for i, (name, unit) in enumerate(columns) if _SECONDS.fullmatch(name) and (not unit or is_unit_of(unit, "time"))
@@ -81,8 +81,12 @@ def _has_word(name: str, of: Collection[str]) -> bool:
     return any(word.strip("()[]{}") in of for word in words_in(name))
 
 
-def _unit_in(name: str) -> str:
-    """The unit that ends a name, in brackets or not."""
+def unit_in(name: str) -> str:
+    """The unit that ends the name of a column, in brackets or not; "" if none does.
+
+    >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force")
+    ('N', 'N', '')
+    """
     cut = without_brackets(tidy(name))
     inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
     tail = name.replace("_", " ").split()[-1:]
@@ -93,16 +97,16 @@ def _plain_words(name: str) -> Sequence[str]:
     """The words of a name without its brackets and the unit behind it."""
     cut = without_brackets(tidy(name))
     words = words_in(cut[0] if cut is not None else name)
-    return words[:-1] if len(words) > 1 and looks_like_unit(_unit_in(name)) and words[-1] == _unit_in(name).lower() else words
+    return words[:-1] if len(words) > 1 and looks_like_unit(unit_in(name)) and words[-1] == unit_in(name).lower() else words
 
 
 def _is_measured(name: str, below: str, quantity: str) -> bool:
     words = _plain_words(name)
-    return bool(words) and all(word in MEASURED for word in words) and is_unit_of(below or _unit_in(name), quantity)
+    return bool(words) and all(word in MEASURED for word in words) and is_unit_of(below or unit_in(name), quantity)
 
 
 def _is_commanded(name: str, below: str, quantity: str) -> bool:
     if not no_record(name) or not any(word in COMMANDED for word in words_in(name)):
         return False
     record = as_a_record(name, below)
-    return is_unit_of(below or _unit_in(name), quantity) and (record is None or record.quantity == quantity)
+    return is_unit_of(below or unit_in(name), quantity) and (record is None or record.quantity == quantity)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
+from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 
@@ -29,7 +30,10 @@ _ARITHMETIC = re.compile(
 )
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
-_NUMBERED = re.compile(r"\b(?:ch|chan|channel|kanal|sensor|cell|no|nr|axis)[ ._#]*\d{1,3}\b", re.IGNORECASE)
+_NUMBERED = re.compile(
+    r"\b(?:ch|chan|channel|kanal|sensor|cell|no|nr|axis|run|test|trial|specimen|sample|probe|versuch|essai)[ ._#]*\d{1,3}\b",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -112,6 +116,8 @@ def _changes_nothing(unit: str, words: str) -> bool:
         return False
     if is_unit_of(unit, "capacitance") and any(w.lower() in RELATIVE for w in parts):
         return False
-    counted = any(any(c.isdigit() for c in w) for w in _NUMBERED.sub(" ", plain).split())
+    alone = [w for w in _NUMBERED.sub(" ", plain).split() if w]
+    alone = [w for w, of_instrument in zip(alone, instrument_words(alone), strict=True) if not of_instrument]
+    counted = any(any(c.isdigit() for c in w) for w in alone)
     other = any(looks_like_unit(w) and not is_letter(w) and w.lower() not in _WORDS for w in parts)
     return not (counted or other or is_factor(plain) or factor_in(f" {plain}") or no_record(plain))

@@ -367,19 +367,28 @@ def test_names_between_commas_above_rows_between_blanks_are_read(tmp_path: Path,
     assert_press(read_lab_file(path))
 
 
-@pytest.mark.parametrize("comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell"])
-@pytest.mark.parametrize("reach", ["", " 10 N", " up to 500 N", ", 5 kN"])
-def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str, reach: str) -> None:
+INSTRUMENTS = ("run 3\tLVDT\tS2M", "test 3\trun 3\tU9C", "\tKeyence LK-H050\tKistler 9207", "\tchannel 2\tLC-10N")
+OTHERWISE = ("run 3\trun 3\trun 4", "\tLVDT\tGAIN10", "\tLVDT\tS2M max")
+
+
+REACHES = tuple(f"\tstage\tload cell{reach}" for reach in (" 10 N", " up to 500 N", ", 5 kN"))
+
+
+@pytest.mark.parametrize(
+    "comments", ["\tstage\tload cell", "\t\tload cell", "PC clock\tstage\tload cell", *INSTRUMENTS, *REACHES]
+)
+def test_comments_below_names_and_units_are_no_second_header(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"
     rows = ["\t".join(map(str, row)) for row in ROWS]
-    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments + reach, *rows]) + "\n")
+    path.write_text("\n".join(["Time\tIndentation\tForce", "s\tmm\tN", comments, *rows]) + "\n")
     table = read_lab_file(path)
     assert_press(table)
     assert any("comments on the columns" in part.reason for part in table.unread)
 
 
 @pytest.mark.parametrize(
-    "comments", ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", "\tstage\tamp 10"]
+    "comments",
+    ["\tForce\tExtension", "\tstage\tsetpoint", "\tstage\tx10", "\tstage\tmN", "\tsum\tin mN", "\tstage\tamp 10", *OTHERWISE],
 )
 def test_a_line_below_the_units_that_says_something_else_is_refused(tmp_path: Path, comments: str) -> None:
     path = tmp_path / "a.dat"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -141,6 +141,26 @@ def test_nothing_is_said_of_a_time_where_no_column_goes_up(tmp_path: Path) -> No
     assert not any("no time" in note for note in read(tmp_path, "Remark", lambda i: f"{i % 7}").notes)
 
 
+@pytest.mark.parametrize("name", ["Step time (s)", "Segment time [s]", "Schrittzeit (s)"])
+def test_the_time_of_the_only_step_is_the_time_with_a_note(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, name, lambda i: f"{0.1 * i:.1f}")
+    assert_time(table)
+    assert any("never begins anew" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("Step time (s)", lambda i: f"{0.1 * (i % 40):.1f}"),
+        ("Step time (s)", lambda i: "30.0"),
+        ("Step time", lambda i: f"{0.1 * i:.1f}"),
+        ("Step time (N)", lambda i: f"{0.1 * i:.1f}"),
+    ],
+)
+def test_the_time_of_several_steps_or_without_a_unit_is_not_read(tmp_path: Path, name: str, cell: Callable[[int], str]) -> None:
+    assert "time" not in read(tmp_path, name, cell).columns
+
+
 # --- milliseconds in a column of their own ---------------------------------------------------------------------------
 
 
@@ -165,6 +185,40 @@ def test_a_clock_of_whole_seconds_and_its_milliseconds_are_put_together(
     table = read(tmp_path, head, cell)
     assert_time(table)
     assert any("put together from both" in note for note in table.notes)
+
+
+LOGGER = ["CH,Signal,Input,Range,Filter,Span", "CH1,Force,DC,10V,Off,10,0,N", "CH2,Disp,DC,5V,Off,5,0,mm", "Data"]
+
+
+def without_names(tmp_path: Path, cells: Callable[[int], str], above: Sequence[str] = ()) -> LabTable:
+    """A press whose columns are said by number: row, clock, parts of a second, force, displacement."""
+    rows = [f"{i + 1},{cells(i)},{f:.4f},{x:.4f}" for i, (x, f) in enumerate(zip(PLACE, LOAD, strict=True))]
+    path = tmp_path / "logger.csv"
+    path.write_text("\n".join([*above, *rows, ""]), encoding="utf-8")
+    columns, units = {"force": "4", "displacement": "5"}, {"force": "N", "displacement": "mm"}
+    return read_lab_file(path, Reading(columns=columns, units=units))
+
+
+def whole_and_parts(i: int) -> str:
+    return f"{stamp(i):%Y/%m/%d %H:%M:%S},{stamp(i).microsecond // 1000}"
+
+
+def test_milliseconds_of_a_column_without_a_name_are_put_together_with_the_clock(tmp_path: Path) -> None:
+    table = without_names(tmp_path, whole_and_parts)
+    assert_time(table)
+    assert any("put together from both" in note for note in table.notes)
+
+
+def test_settings_of_channels_above_the_names_are_no_header_for_columns_that_are_said_by_number(tmp_path: Path) -> None:
+    table = without_names(tmp_path, whole_and_parts, [*LOGGER, "Number,Date&Time,ms,CH1,CH2", "NO.,Time,ms,N,mm"])
+    assert_time(table)
+    assert table.sources["force"].startswith("N")
+
+
+@pytest.mark.parametrize("beside", [lambda i: i, lambda i: 999 - i, lambda i: (i * 377) % 1000, lambda i: 900])
+def test_a_count_or_a_reading_without_a_name_is_not_added_to_a_clock(tmp_path: Path, beside: Callable[[int], int]) -> None:
+    table = without_names(tmp_path, lambda i: f"{stamp(i):%H:%M:%S},{beside(i)}")
+    assert set(np.diff(table.columns["time"])) == {0.0, 1.0}
 
 
 def test_milliseconds_that_do_not_go_on_with_the_clock_are_refused_and_whole_seconds_can_be_taken(tmp_path: Path) -> None:

@@ -55,6 +55,18 @@ def reasons(table: LabTable) -> Mapping[str, str]:
     return {u.what: u.reason for u in table.unread}
 
 
+@pytest.mark.parametrize(("name", "per_second"), [("t(ms)", 1e3), ("t(us)", 1e6), ("t (min)", 1 / 60)])
+def test_times_of_day_that_run_as_a_time_in_another_unit_than_seconds_are_no_choice(
+    tmp_path: Path, name: str, per_second: float
+) -> None:
+    passed = 0.7 * np.arange(N)
+    days = [f"13:01:{s:05.2f}" for s in 2.0 + passed]
+    table = (("received", days), (name, cells(per_second * (5.0 + passed), 3)), *TESTER[1:])
+    assert read(tmp_path, table).sources["time"] == name
+    other = (("received", days), (name, cells(per_second * 0.9 * passed, 3)), *TESTER[1:])
+    assert "run otherwise" in refused(tmp_path, other).faults[0].message
+
+
 @pytest.mark.parametrize(("name", "taken"), [("Time 2 (s)", False), ("Time (s)", True)])
 @pytest.mark.parametrize("clock", ["Clock", "Time of day", "Stamp of the log"])
 def test_times_of_day_under_an_unknown_name_are_no_reason_to_take_a_second_time(

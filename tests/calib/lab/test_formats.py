@@ -1000,6 +1000,15 @@ def test_tdms_force_and_displacement_with_times_of_their_own_are_to_be_put_to_th
     assert "--sheet" not in said
 
 
+def test_tdms_channels_of_another_length_than_their_times_are_told_with_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    channels: Channels = {"Time (s)": (TIME, {}), "Load (N)": (FORCE, {}), "Extension (mm)": (DEPTH[:-7], {})}
+    path.write_bytes(tdms({"Press": channels}))
+    assert f'{len(TIME) - 7} readings, and "Time (s)" has {len(TIME)}: which of them belong together is not told' in refusal(
+        path
+    )
+
+
 def test_tdms_groups_that_are_records_are_a_choice(tmp_path: Path) -> None:
     path = tmp_path / "a.tdms"
     one: Channels = {"Time": (TIME, {"unit_string": "s"}), **PRESS}
@@ -1140,6 +1149,42 @@ def test_mat_with_names_beside_a_matrix(tmp_path: Path) -> None:
     table = read_lab_file(path)
     assert_truth(table)
     assert 'the columns are named by "press.colheaders"' in table.notes
+
+
+@pytest.mark.parametrize("above", [HEADER, ["a press", "at 20 °C", "by hand"]])
+def test_mat_as_importdata_of_matlab_gives_it_is_named_by_the_headers_of_its_columns(tmp_path: Path, above: list[str]) -> None:
+    path = tmp_path / "a.mat"
+    texts = {name: np.array(words, dtype=object) for name, words in (("textdata", above), ("colheaders", HEADER))}
+    savemat(path, {"A": {"data": np.column_stack([TIME, DEPTH, FORCE]), **texts}})
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert 'the columns are named by "A.colheaders"' in table.notes
+
+
+def test_mat_with_two_lists_of_names_that_differ_is_named_by_none(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    other = np.array([HEADER[0], HEADER[2], HEADER[1]], dtype=object)
+    savemat(path, {"data": np.column_stack([TIME, DEPTH, FORCE]), "names": np.array(HEADER, dtype=object), "labels": other})
+    assert "no header row" in refusal(path)
+
+
+@pytest.mark.parametrize(("data", "unit"), [("data", "unit"), ("values", "Units")])
+def test_mat_with_a_struct_for_each_column_and_its_unit(tmp_path: Path, data: str, unit: str) -> None:
+    path = tmp_path / "a.mat"
+    columns = {"time": (TIME, "s"), "extension": (DEPTH, "mm"), "force": (FORCE * 1e3, "mN")}
+    structs = {name: {data: values, unit: own, "sensor": "no 3"} for name, (values, own) in columns.items()}
+    for variables in (structs, {"test": structs}):
+        savemat(path, variables)
+        assert_truth(read_lab_file(path))
+
+
+@pytest.mark.parametrize("more", [{"scale": 2.0}, {"raw": FORCE}])
+def test_mat_with_a_factor_or_a_second_column_beside_a_unit_is_not_read_by_it(tmp_path: Path, more: dict[str, object]) -> None:
+    path = tmp_path / "a.mat"
+    columns = {"time": (TIME, "s"), "extension": (DEPTH, "mm")}
+    structs: dict[str, object] = {name: {"data": values, "unit": unit} for name, (values, unit) in columns.items()}
+    savemat(path, {**structs, "force": {"data": FORCE, "unit": "N", **more}})
+    assert "force" in refusal(path)
 
 
 def test_mat_names_every_variable_that_it_does_not_read(tmp_path: Path) -> None:

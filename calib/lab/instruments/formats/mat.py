@@ -22,6 +22,10 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _FEW_ROWS = 20
 
 
+# What a struct calls the unit of its one column: force.data, force.unit.
+_UNIT = ("unit", "units", "einheit")
+
+
 def recognise(head: bytes, path: Path) -> bool:
     """Recognise the words at the beginning, or by the ending a file of version 4 or of HDF5 without them.
 
@@ -80,7 +84,11 @@ def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int
     above: list[str] = []
     for key, value in members.items():
         own = f"{name}.{key}" if name else key
-        if isinstance(value, dict):
+        if isinstance(value, dict) and (signal := _signal(key, value)) is not None:
+            columns.setdefault(signal.values.size, []).append(signal)
+            said = ((member, text) for member, text in value.items() if isinstance(text, str) and member.lower() not in _UNIT)
+            above += [f"{key} {member}\t{' '.join(text.split())[:200]}".replace('"', "'") for member, text in said]
+        elif isinstance(value, dict):
             yield from _parts(own, value, where, depth + 1)
         elif isinstance(value, list) and isinstance(value[0], dict):
             for k, element in enumerate(value, 1):
@@ -114,6 +122,18 @@ def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int
         yield _without(where, own, "it is a list of words")
 
 
+def _signal(key: str, members: Mapping[str, Variable]) -> ArrayColumn | None:
+    """A struct of one column, its unit and words about it as that column under the name of the struct; None if it is none."""
+    units = [value for member, value in members.items() if member.lower() in _UNIT and isinstance(value, str)]
+    others = [value for value in members.values() if not isinstance(value, str)]
+    if len(units) != 1 or len(others) != 1 or not isinstance(others[0], np.ndarray):
+        return None
+    values = others[0]
+    if values.dtype.kind not in "fiub" or values.size <= 1 or values.size != max(values.shape):
+        return None
+    return ArrayColumn(key, units[0], values.ravel())
+
+
 def _names_for(matrices: Mapping[str, npt.NDArray[Any]], lists: Mapping[str, list[str]]) -> set[str]:
     return {key for key, words in lists.items() if any(len(words) == _upright(matrix).shape[1] for matrix in matrices.values())}
 
@@ -127,6 +147,9 @@ def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[st
     upright = _upright(matrix)
     notes = ["its rows are taken as columns"] if upright is not matrix else []
     fitting = [(key, words) for key, words in lists.items() if len(words) == upright.shape[1]]
+    # `importdata` of MATLAB gives the names of the columns, and the lines above the numbers, which may be the same.
+    fitting = [(key, words) for key, words in fitting if key.split(".")[-1] == "colheaders"] or fitting
+    fitting = fitting[:1] if len({tuple(words) for _, words in fitting}) == 1 else fitting
     names = [str(k + 1) for k in range(upright.shape[1])]
     if len(fitting) == 1:
         key, names = fitting[0]

@@ -74,7 +74,13 @@ def _parts(group: TdmsGroup, source: Source, above: Sequence[str], *, closed: bo
         # Where the file was not closed, channels end at different readings of the same row.
         tables.setdefault(_Base(wave, len(channel) if closed else 0), []).append(channel)
     parts = []
+    lengths = {base.length for base, members in tables.items() if any(m.name in own_time for m in members)}
     for base, members in tables.items():
+        if own_time and base.length not in lengths and all(len(channel) for channel in members):
+            its_times = f'"{own_time[0]}" has {min(lengths)}'
+            reason = f"{base.length} readings, and {its_times}: which of them belong together is not told; export all alike"
+            parts += [Part("channel", f"{source.name}: {channel.name}", None, reason) for channel in members]
+            continue
         said = [] if closed else ["the file was not closed: readings after its last whole row are missing"]
         lines = [*above, *_properties(group.properties)]
         columns = []

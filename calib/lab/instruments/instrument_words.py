@@ -1,0 +1,72 @@
+"""From the words of a name to those that are of an instrument: a channel, a model, a maker."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from calib.lab.instruments.brackets import no_record
+from calib.lab.instruments.lexicon import (
+    CHANNELS,
+    DERIVED,
+    KEYS,
+    MAKERS,
+    NUMBERED_OTHERWISE,
+    ONLY_WITH_UNIT,
+    PHASES,
+    PROCESSED,
+    RELATIVE,
+    SECOND,
+)
+
+#: What stands between the parts of a name.
+APART = r"[\s_:;,|]+"
+_NOT_BESIDE = KEYS | PHASES | PROCESSED | DERIVED | RELATIVE | SECOND | NUMBERED_OTHERWISE
+# "LVDT1", "Laser2", but no letter: "S2" and "P1" are specimens.
+_NUMBERED = CHANNELS | {name for name in ONLY_WITH_UNIT - PHASES - KEYS if len(name) > 2}
+# An input of a board: "Dev1/ai1", "cDAQ1Mod2/ai0"; "ao" is an output.
+_INPUT = re.compile(r"\w+/ai\d{1,3}", re.IGNORECASE)
+_CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?\d{1,3}")
+# A model: "U9C", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a factor.
+_MODEL = re.compile(
+    r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|[a-z]{2,}\d{3,5}|"
+    r"(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
+)
+_NUMBER = re.compile(r"\d{3,5}")
+
+
+def instrument_words(parts: Sequence[str]) -> list[bool]:
+    """Tell which parts of a name are a maker, a model, or a channel with its number, be it a part of its own.
+
+    Parameters
+    ----------
+    parts : of a name, in order, as written.
+
+    >>> instrument_words(["Kraft", "U9C"]), instrument_words(["AI", "1", "Weg"]), instrument_words(["Force", "S2"])
+    ([False, True], [True, True, False], [False, False])
+    """
+    return [*_told(parts)]
+
+
+def _told(parts: Sequence[str]) -> Iterator[bool]:
+    for before, part, after in zip(["", *parts], parts, [*parts[1:], ""], strict=False):
+        plain = part.strip(".#").lower()
+        channel = _CHANNEL.fullmatch(part)
+        yield (
+            plain in MAKERS
+            or (plain in CHANNELS and _is_index(after))
+            or (_is_index(part) and before.strip(".#").lower() in CHANNELS)
+            or (_NUMBER.fullmatch(part) is not None and before.lower() in MAKERS)
+            or (channel is not None and channel["word"].lower() in _NUMBERED)
+            or _INPUT.fullmatch(part) is not None
+            or _is_model(part)
+        )
+
+
+def _is_index(part: str) -> bool:
+    return part.strip("#.").isdecimal() and len(part) < 4
+
+
+def _is_model(part: str) -> bool:
+    said = [word.lower() for word in re.findall(r"[^\W\d]+", part)]
+    return _MODEL.fullmatch(part) is not None and not any(word in _NOT_BESIDE or no_record(word) for word in said)

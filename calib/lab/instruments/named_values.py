@@ -1,0 +1,94 @@
+"""From lines that name each of their values, `t_ms:20 force_N:0.4`, to a `Sheet` with these names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.lines import not_read
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.text import LabText
+from calib.lab.instruments.units import looks_like_unit
+
+_PAIR = (
+    r"(?P<name>[^\W\d][^\s:=,;|]{0,40}) ?[:=] ?"
+    r"(?P<value>\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?|[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?|nan|inf|over|ovf|ol|-+)"
+    r"(?: ?(?P<unit>(?![\d.,])[^\s:=,;|]{1,12})(?![^\s,;|]{0,40} ?[:=]))?"
+)
+_ONE = re.compile(_PAIR, re.IGNORECASE)
+_PLAIN = re.sub(r"\?P<\w+>", "", _PAIR)
+_LINE = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})+[\s,;|]*", re.IGNORECASE)
+# Lines above the first one that may say what the logger is, and lines that show that each names its values.
+_ABOVE, _FEWEST = 20, 5
+
+
+def named_values(text: LabText) -> Sheet | None:
+    """Cut a file whose lines name each of their values into a sheet, each line a row; None if it is no such file.
+
+    A unit that stands behind a value in all lines is that of its name; where lines differ it stays in the cells.
+
+    Parameters
+    ----------
+    text : the file.
+
+    Raises
+    ------
+    InputError
+        If a line among them is none, or names other values than the first.
+    """
+    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
+    first = next((k for k, (_, line) in enumerate(written[: _ABOVE + 1]) if _LINE.fullmatch(line)), -1)
+    seen = [_pairs(line) for _, line in written[first : first + _FEWEST]]
+    names = [match["name"] for match in seen[0]] if first >= 0 else []
+    if not names or len(seen) < _FEWEST or any([match["name"] for match in found] != names for found in seen):
+        return None
+    rows: list[list[tuple[str, str]]] = []
+    lines: list[int] = []
+    faults: list[Fault] = []
+    cut_short = False
+    for number, line in written[first:]:
+        found = _pairs(line)
+        last = number == len(text.lines) and not text.ended
+        if [match["name"] for match in found] == names:
+            cut_short = last and _decimals(found[-1]["value"]) != _decimals(rows[-1][-1][0])
+            rows.append([(match["value"], match["unit"] or "") for match in found])
+            lines.append(number)
+        elif not last:
+            shown, wanted = line.strip()[:60], ", ".join(names)
+            advice = "Take this line out of the file, or mend it"
+            faults.append(
+                Fault(f'"{shown}" does not name the values {wanted} as the lines above', text.path, number, 1, advice)
+            )
+    if len(rows) < len(faults):
+        return None  # lines about what stands below them
+    if faults:
+        raise InputError(capped(faults, "lines cannot be read"))
+    below, columns = [], []
+    for cells in zip(*rows, strict=True):
+        own = {unit for _, unit in cells}
+        below.append(own.pop() if len(own) == 1 and looks_like_unit(next(iter(own))) else "")
+        columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
+    sheet = Sheet(
+        text,
+        " ",
+        0,
+        tuple(names),
+        units=tuple(below) if any(below) else (),
+        columns=tuple(columns),
+        lines=np.array(lines, dtype=np.int64),
+        cut_short=cut_short,
+    )
+    note = f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
+    return replace(sheet, notes=(note,), unread=tuple(not_read(sheet, [n - 1 for n, _ in written[:first]], "above the rows")))
+
+
+def _pairs(line: str) -> list[re.Match[str]]:
+    """The names with their values in a line; [] if it holds anything else."""
+    return list(_ONE.finditer(line)) if _LINE.fullmatch(line) else []
+
+
+def _decimals(value: str) -> int:
+    return len(value.replace(",", ".").partition(".")[2])

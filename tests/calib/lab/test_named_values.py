@@ -1,0 +1,93 @@
+"""Lines that name each of their values are rows: `t_ms:20 force_N:0.4`, `t=0.10 s, F=0.002 N`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import AS_FOUND, LabTable, Reading, read_lab_file
+
+N = 81
+PLACE = [0.01 * min(i, N - 1 - i) for i in range(N)]
+LOAD = [1.5 * max(0.0, x - 0.1) ** 1.5 for x in PLACE]
+
+
+def write(folder: Path, line: Callable[[int, float, float], str], above: Sequence[str] = (), end: str = "\n") -> Path:
+    path = folder / "log.txt"
+    rows = [line(i, x, f) for i, (x, f) in enumerate(zip(PLACE, LOAD, strict=True))]
+    path.write_text("\n".join([*above, *rows]) + end, encoding="utf-8")
+    return path
+
+
+def keyed(i: int, x: float, f: float) -> str:
+    return f"t_ms:{20 * i} force_N:{f:.3f} disp_mm:{x:.3f}"
+
+
+def assert_press(table: LabTable, step: float = 0.02) -> None:
+    np.testing.assert_allclose(table.columns["time"], step * np.arange(N), atol=1e-9)
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=6e-4)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * np.array(PLACE), atol=6e-7)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        keyed,
+        lambda i, x, f: f"t_ms:{20 * i}\tforce_N:{f:.3f}\tdisp_mm:{x:.3f}",
+        lambda i, x, f: f"t={0.02 * i:.2f} s, z={x:.3f} mm, F={f:.3f} N",
+        lambda i, x, f: f"Time: {0.02 * i:.2f}s; Displacement: {x:.3f}mm; Force: {f:.3f}N",
+        lambda i, x, f: f"time_s={0.02 * i:.2f}|disp_um={1e3 * x:.0f}|load_mN={1e3 * f:.1f}".replace("|", " | "),
+        lambda i, x, f: f"time_s={0.02 * i:.2f}; disp_mm={x:.3f}; load_N={f:.3f}".replace(".", ","),
+    ],
+)
+def test_lines_that_name_their_values_are_rows(tmp_path: Path, line: Callable[[int, float, float], str]) -> None:
+    table = read_lab_file(write(tmp_path, line))
+    assert_press(table)
+    assert table.lines.tolist() == list(range(1, N + 1))
+    assert any("each line names its values" in note for note in table.notes)
+
+
+def test_what_the_logger_says_before_the_first_line_is_told(tmp_path: Path) -> None:
+    table = read_lab_file(write(tmp_path, keyed, ["HX711 ready", "scale: 420.5"]))
+    assert_press(table)
+    assert table.lines[0] == 3
+    assert any("HX711" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize("place", ["x", "x (mm)", "2"])
+def test_a_name_that_is_not_understood_is_said_by_name_or_number(tmp_path: Path, place: str) -> None:
+    path = write(tmp_path, lambda i, x, f: f"t={0.02 * i:.2f} s x={x:.3f} mm F={f:.3f} N")
+    with pytest.raises(InputError, match=r"no displacement column.*x"):
+        read_lab_file(path)
+    assert_press(read_lab_file(path, Reading(columns={"displacement": place})))
+
+
+@pytest.mark.parametrize(
+    "odd", ["t_ms:200 force_N:0.000", "t_ms:200 disp_mm:0.100 force_N:0.000", "t_ms:200 force_N:0.0 0.1", "overload", "1,2,3"]
+)
+def test_a_line_among_them_that_names_other_values_is_refused(tmp_path: Path, odd: str) -> None:
+    path = write(tmp_path, lambda i, x, f: odd if i == 10 else keyed(i, x, f))
+    with pytest.raises(InputError, match="does not name the values") as raised:
+        read_lab_file(path)
+    assert raised.value.faults[0].line == 11
+
+
+def test_a_last_line_that_is_cut_is_not_used(tmp_path: Path) -> None:
+    path = write(tmp_path, lambda i, x, f: keyed(i, x, f)[:-2] if i == N - 1 else keyed(i, x, f), end="")
+    table = read_lab_file(path, AS_FOUND)
+    assert "cut short" in table.reasons[-1]
+    assert not any(table.reasons[:-1])
+
+
+def test_a_statistic_among_named_values_is_not_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no force column"):
+        read_lab_file(write(tmp_path, lambda i, x, f: f"t_ms:{20 * i} force_max_N:{f:.3f} disp_mm:{x:.3f}"))
+
+
+def test_lines_above_a_table_that_name_values_make_no_rows(tmp_path: Path) -> None:
+    above = [*(f"Pad: {k}, Height: {k}.5" for k in range(1, 7)), "Time (s),Extension (mm),Load (N)"]
+    assert_press(read_lab_file(write(tmp_path, lambda i, x, f: f"{0.02 * i:.2f},{x:.3f},{f:.3f}", above)))
