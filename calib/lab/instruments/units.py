@@ -395,6 +395,63 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     return True
 
 
+#: Units of languages that set no blanks between words, the longest first: to be found within a sentence.
+UNITS_WITHOUT_BLANKS = tuple(
+    sorted({w for table in _BY_SPELLING.values() for w in table if len(w) > 1 and w[0] > "\u2e80"}, key=lambda w: (-len(w), w))
+)
+# How units that are spelled out begin in most languages, whatever their endings: "millinewtonach", "в миллиметрах".
+_PREFIX = (
+    r"(?P<prefix>milli|mili|милли|міл[іл]+|micro|mikro|микро|мікро|kilo|кило|кіло|nano|нано|pico|piko|пико|піко|femto|centi|"
+    r"zenti|санти)?"
+)
+_BASES = {
+    "force": ("N", "newton|niuton|njuton|nyuton|ньютон"),
+    "displacement": ("m", "met[er]|mèt|mét|метр"),
+    "capacitance": ("F", "farad|фарад"),
+}
+_LETTER_OF = {
+    "mil": "m",
+    "мил": "m",
+    "міл": "m",
+    "mic": "u",
+    "mik": "u",
+    "мик": "u",
+    "мік": "u",
+    "kil": "k",
+    "кил": "k",
+    "кіл": "k",
+} | {
+    "nan": "n",
+    "нан": "n",
+    "pic": "p",
+    "pik": "p",
+    "пик": "p",
+    "пік": "p",
+    "fem": "f",
+    "cen": "c",
+    "zen": "c",
+    "сан": "c",
+}
+
+
+def unit_by_stem(word: str, quantity: str) -> str:
+    """The usual unit of one that is spelled out in a sentence, in any language and with any ending; "" if it is none.
+
+    Parameters
+    ----------
+    word : of a sentence.
+    quantity : one of `SI_UNIT`.
+
+    >>> [unit_by_stem(*of) for of in (("миллиньютонах", "force"), ("milimetrach", "displacement"), ("method", "displacement"))]
+    ['mN', 'mm', '']
+    """
+    unit, stems = _BASES.get(quantity, ("", "\0"))
+    match = re.match(rf"{_PREFIX}(?:{stems})", word.lower())
+    if match is None or (unit == "m" and not match["prefix"]):
+        return ""
+    return _LETTER_OF.get((match["prefix"] or "")[:3], "") + unit
+
+
 def looks_like_unit(text: str) -> bool:
     """Whether a cell reads as a unit of anything that lab files hold, also of what is not used here (MPa, %, °C, N/mm).
 
