@@ -70,7 +70,7 @@ _LONGEST = 120
 
 # "force now in mN", "Load: kN", "all values in gf", "switched to kN", "units: mN".
 _IN_UNIT = re.compile(
-    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[]?(?P<unit>[^\s()\[\],;.!?\d]{1,12})[)\]]?[\s.,;!?\"]*",
+    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[\"']?(?P<unit>[^\s()\[\],;.!?\"'\d]{1,12})[)\]\"']?[\s.,;!?\"]*",
     re.I,
 )
 _UNITS = re.compile(

@@ -74,7 +74,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "daN": "daN DaN dekanewton decanewton décanewton",
             "gf": "gf gF gF. grf g-f gwt gram-force grams-force gramforce gram_force pond гс "
             "g gm gms gram grams Gramm gramme grammes gramo gramos grammi gramy г 克 グラム 그램",
-            "kgf": "kgf kgF kp KGF kg-f kgwt kilogram-force kilograms-force kilogramforce kilogram_force kilopond кгс "
+            "kgf": "kgf kgF kp KGF Kgf KgF kg-f kgwt kilogram-force kilograms-force kilogramforce kilogram_force kilopond кгс "
             "kg Kg KG kgs kilo kilos kilogram kilograms Kilogramm kilogramme kilogrammes kilogramo kilogramos кг 千克 公斤 "
             "キログラム 킬로그램",
             "milligram_force": "mgf mg milligram milligrams Milligramm 毫克",
