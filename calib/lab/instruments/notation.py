@@ -146,9 +146,12 @@ def decide_notation(
         if mark and commas[c]:
             apart = _SHOWN[_OTHER[mark]].unsure.search(text)
             match = found[mark]
-            if apart and match and asked != mark and not _sets_thousands_apart(text, mark):
+            whole = mark not in text
+            if apart and match and not (whole and asked == mark) and not _sets_thousands_apart(text, mark):
                 conflict = "the other mark may set thousands apart, which then have no decimals, or be one, too"
-                return Notation("", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]), askable=mark)
+                return Notation(
+                    "", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]), askable=mark if whole else ""
+                )
         strong.append(found)
         shown.append(mark)
     seen = set(shown) - {""}
