@@ -11,10 +11,10 @@ from calib.lab import LabTable
 ROWS = [f"{0.1 * i:.1f},{10.0 * i:.1f},{0.3 * i**1.5:.4f}" for i in range(40)]
 
 
-def _read(folder: Path, *lines: str, **reading: dict[str, str]) -> LabTable:
+def _read(folder: Path, *lines: str) -> LabTable:
     path = folder / "press.csv"
     path.write_text("\n".join([*lines, *ROWS]) + "\n", encoding="utf-8")
-    return calib.read_lab_file(path, calib.Reading(**reading))
+    return calib.read_lab_file(path)
 
 
 @pytest.mark.parametrize(
