@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -70,6 +71,8 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings = _without_stray_letters(sheet, headings, family, unread)
     by_cells = _clocks_by_cells(sheet, headings, unread)
     headings |= by_cells
+    by_axis = _x_alone(sheet, headings, unread)
+    headings |= by_axis
     by_quantity: dict[str, list[PossibleColumn]] = {}
     for index, heading in headings.items():
         by_quantity.setdefault(heading.quantity, []).append(PossibleColumn(index, heading))
@@ -88,8 +91,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         if best is not None:
             chosen[quantity] = best.index, best.heading
             notes += [_by_cells_note(sheet, best.index)] if best.index in by_cells else []
+            notes += [_BY_AXIS.format(sheet.names[best.index])] if best.index in by_axis else []
             faults += _at_rest(sheet, quantity, candidates)
-    notes += _made_records(sheet, chosen, by_cells)
+    notes += _made_records(sheet, chosen, by_cells | by_axis)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -115,6 +119,21 @@ def _is_time_of_one_step(sheet: Sheet, index: int) -> bool:
 
 def _alone(sheet: Sheet, index: int) -> FloatArray:
     return readings([sheet.columns[index]], [1.0], sheet.declared_decimal)[0]
+
+
+_BY_AXIS = 'displacement is taken from "{}", the only column of a length: if it is none, --columns displacement=none'
+
+
+def _x_alone(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int, str]) -> dict[int, Heading]:
+    """The heading of a column "x" in a unit of length, where no other is a displacement or has such a unit."""
+    there = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in headings.values()} | set(sheet.assigned.values())
+    if "displacement" in there or not there & {"force", "capacitance"}:
+        return {}
+    lengths = [i for i in range(len(sheet.names)) if is_unit_of(sheet.unit_written(i) or "?", "displacement")]
+    if len(lengths) != 1 or lengths[0] in unread or lengths[0] in headings:
+        return {}
+    alone = re.fullmatch(r"x(?:\s*[(\[].*|[\s_,/]+\S+)?", sheet.names[lengths[0]].strip(), re.IGNORECASE) is not None
+    return {i: heading_as("displacement", sheet.names[i], sheet.unit_below(i)) for i in lengths if alone}
 
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:

@@ -38,7 +38,14 @@ from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
-from calib.lab.instruments.unit_choice import contradicts, source_of_column, unit_in_words, unit_of_column, weight_in_words
+from calib.lab.instruments.unit_choice import (
+    contradicts,
+    source_of_column,
+    unit_in_words,
+    unit_of_column,
+    weight_in_words,
+    words_against,
+)
 from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
@@ -129,6 +136,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
+        elif quantity in reading.units and fault is None and not of_day and (against := words_against(sheet, quantity, factor)):
+            asked = unit_in_words(sheet, index, heading, reading)
+            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
         columns.append(ReadColumn(index, heading, factor, of_day))
         if (usual := sheet.usual_case_of(index)) and fault is None:
             notes.append(f'"{sheet.names[index]}": in a name of capitals "{usual.upper()}" is read as {usual}')
@@ -196,7 +206,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults += several_records(sheet, keyed, values)
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
-    told, remarks = remarks_on_scale(sheet, places)
+    factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
+    told, remarks = remarks_on_scale(sheet, places, factors, reading)
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     again = pasted_rows(values) if not faults else {}

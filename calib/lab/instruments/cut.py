@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import zip_longest
+from itertools import islice, takewhile, zip_longest
+
+import numpy as np
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import no_record
@@ -22,7 +24,7 @@ from calib.lab.instruments.header import (
     split_line,
 )
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
+from calib.lab.instruments.lines import FEW_ROWS, is_comment, is_other_header, n_named, not_read
 from calib.lab.instruments.named_values import named_values
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
@@ -132,6 +134,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         notes=(*above, *decided.values(), *whole.notes),
         unread=(*unread, *below.unread, *whole.unread),
         declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
+        beside=tuple(_beside(whole, names_at)),
     )
 
 
@@ -178,7 +181,26 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
     """The factors that are stated above a header and below the last row."""
     first = max(header - _WORDS_BESIDE, 0)
     below = stated_factors(text.lines[last : last + _WORDS_BESIDE], last + 1)
-    return {**below, **stated_factors(text.lines[first:header], first + 1)}
+    on_cells = {q: (words, line) for line, _, own in text.comments for q, (words, _) in stated_factors([own]).items()}
+    return {**on_cells, **below, **stated_factors(text.lines[first:header], first + 1)}
+
+
+def _beside(sheet: Sheet, names_at: Sequence[int]) -> Iterator[tuple[int, str]]:
+    """What stands above, below and among the rows of a record, in the names of empty columns and on cells, with its line."""
+    lines, rows = sheet.text.lines, sheet.lines
+    first, last = int(rows[0]), int(rows[-1])
+    start = max(min(names_at, default=first - 1) - _WORDS_BESIDE, 0)
+    above = [i for i in range(start, first - 1) if i not in names_at and i + 1 != sheet.units_line]
+    among = [i for r in np.flatnonzero(np.diff(rows) > 1).tolist() for i in range(int(rows[r]), int(rows[r + 1]) - 1)]
+    below = takewhile(lambda i: not is_other_header(split_line(lines[i], sheet.delimiter)), range(last, len(lines)))
+    for i in (*above, *(i for i in among if is_comment(lines[i])), *islice(below, _WORDS_BESIDE)):
+        yield i + 1, lines[i]
+    for name, column in zip(sheet.names, sheet.columns, strict=False):
+        if name and sum(map(bool, column[:_ROWS_BESIDE])) * 2 < min(len(column), _ROWS_BESIDE):
+            yield sheet.header_line, name
+    for line, index, words_on in sheet.text.comments:
+        on_name = line == sheet.header_line and 0 <= index < len(sheet.names)
+        yield line, f'{words_on} (on "{sheet.names[index]}")' if on_name else words_on
 
 
 def _check_torn_decimals(sheet: Sheet) -> None:
@@ -328,7 +350,8 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
                 )
                 whole = with_rows(sheet, below.start, reading, ())
                 above = not_read(sheet, [i for i in range(begin) if text.lines[i].strip()], "above the rows")
-                return replace(whole, unread=(*above, *below.unread, *whole.unread))
+                unread = (*above, *below.unread, *whole.unread)
+                return replace(whole, unread=unread, beside=tuple(_beside(whole, ())))
     if widest[0] and not 0 < min(wanted) <= last <= widest[0]:
         none = last if last > widest[0] else 0
         message = f"there is no column {none}: the rows have {widest[0]}, counted from 1"

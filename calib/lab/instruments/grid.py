@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
@@ -111,6 +111,25 @@ def part_of(
         sheet.path, sheet.sha256, f"{sheet.format}, sheet {sheet.name}", (*lines, ""), True, decimal, typed=bool(decimal)
     )
     return Part("sheet", sheet.name, text, "", sheet.hidden, types, tuple(notes))
+
+
+def with_comments(part: Part, comments: Iterable[tuple[Cell | None, str]]) -> Part:
+    """The part with what is written on its cells and beside them, each told where it stands.
+
+    Parameters
+    ----------
+    part : of a workbook.
+    comments : the cell that each is on, None where it is on none, and its words.
+    """
+    there = [(cell, words) for cell, words in comments if words]
+    if part.text is None or not there:
+        return part
+    kept = tuple((cell[0], cell[1], words) if cell is not None else (0, -1, words) for cell, words in there)
+    cell, words = there[0]
+    where = f"on cell {address(cell)}" if cell is not None else "in a box"
+    more = f"{len(there)} comments, the first" if len(there) > 1 else "a comment"
+    note = f'{more} {where}, "{words[:60]}", is looked at for units and factors only'
+    return replace(part, text=replace(part.text, comments=kept), notes=(*part.notes, note))
 
 
 def address(cell: Cell) -> str:

@@ -351,9 +351,13 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
     declared: dict[str, tuple[str, int]] = {}
     lengths: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
-        parts = [p for part in _APART.split(line) if (p := part.strip().strip('"').strip())]
+        parts = [p for part in _APART.split(line) if (p := part.strip(' \t"{}'))]
         if not _UNIT_WORD.search(line) or len(line) > 200:
-            own = list(stated_units(line)) or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
+            own = (
+                list(stated_units(line))
+                or _stated_each(line)
+                or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
+            )
             _declare(declared, own, number)
             continue
         parts = [p for part in parts if (p := _UNIT_WORD.sub("", part).strip())]
@@ -365,6 +369,12 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
         _declare(lengths, _named_lengths(parts), number)
     beside = "displacement" not in declared and ("force" in declared or "time" in declared)
     return MappingProxyType(declared | lengths if beside else declared)
+
+
+def _stated_each(line: str) -> list[tuple[str, str]]:
+    """Quantity and unit of each part of a sentence that states one in every part: "Load in mN, travel in um, time in s"."""
+    stated = [list(stated_units(part)) for part in re.split(r"[,;]\s+|\s(?:and|und|et|y|e|en|i)\s", line) if part.strip()]
+    return [own for part in stated for own in part] if len(stated) > 1 and all(stated) else []
 
 
 def _declare(declared: dict[str, tuple[str, int]], found: Iterable[tuple[str, str]], line: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,14 +12,15 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.clock_cells import is_date
-from calib.lab.instruments.labtable import IntArray
+from calib.lab.instruments.contrary import unit_against
+from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.small_tables import in_small_table
 from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.together import is_spread
-from calib.lab.instruments.units import is_unit_of
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.where import asked_name, listed_values
 from models.sensor import FloatArray
 
@@ -79,22 +81,39 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
 
 # A column of remarks is empty in most rows, and says few things.
 _SELDOM, _MOST_REMARKS = 0.2, 1000
+# Words by which a remark holds from its row on.
+_FROM_HERE = re.compile(
+    r"(?<![^\W_])(?:now|from (?:here|now|this)|switched|changed|since|then|jetzt|ab (?:hier|jetzt)|umgeschaltet|"
+    r"umgestellt|nun|désormais|"
+    r"maintenant|à partir|ahora|desde|ora|da qui|od|teraz|теперь|с этого)(?![^\W_])|从此|開始|以降|부터",
+    re.IGNORECASE,
+)
 # Rows that show whether a column is one of units.
 _FEW_ROWS = 20
 
 
-def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> tuple[list[str], list[Fault]]:
-    """List the remarks in columns that are not read by which the rows are in another unit or range from there on.
+def remarks_on_scale(
+    sheet: Sheet, used: Mapping[str, int], factors: Mapping[str, float], reading: Reading
+) -> tuple[list[str], list[Fault]]:
+    """List the remarks in columns that are not read by which the rows are in another unit or range, from there on or at all.
+
+    A single one that names the unit of a quantity, and no beginning, is settled by the user who says that unit.
 
     Parameters
     ----------
     sheet : the record.
     used : quantity -> index of its column.
+    factors : quantity -> factor to SI, of those with a unit.
+    reading : what the user says of the file.
 
     Returns
     -------
     A note where labels of a small table beside the rows have such units, and the faults of other remarks.
     """
+
+    def speaks(cell: str) -> bool:
+        return speaks_of_scale(cell) or any(unit_against(cell, q, factor) for q, factor in factors.items())
+
     faults: list[Fault] = []
     labels: list[str] = []
     for index, column in enumerate(sheet.columns):
@@ -106,16 +125,25 @@ def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> tuple[list[str], 
         seldom = n_empty >= (1 - _SELDOM) * len(column)
         rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]
         if seldom:
-            speaking = [r for r in rows[:_MOST_REMARKS] if speaks_of_scale(column[r])]
+            speaking = [r for r in rows[:_MOST_REMARKS] if speaks(column[r])]
             of_tables = [r for r in speaking if in_small_table(sheet, r, index, used.values())]
             labels += [f'"{column[r].strip()[:60]}" (line {sheet.lines[r]})' for r in of_tables]
-            row = next((r for r in speaking if r not in of_tables), None)
+            speaking = [r for r in speaking if r not in of_tables]
+            row = speaking[0] if speaking else None
+            of = {q for q in factors if row is not None and unit_against(column[row], q, math.nan)}
+            single = len({column[r] for r in speaking}) == 1 and row is not None and not _FROM_HERE.search(column[row])
+            if single and of and of <= {IN_PLACE_OF.get(q, q) for q in reading.units} | set(reading.units):
+                continue
         else:
             row = _first_other_unit(column) if rows and all(_is_unit(column[r]) for r in rows) else None
         if row is not None:
             name = sheet.names[index] or index + 1
             message = f'"{column[row].strip()[:60]}" in column "{name}" may say that rows are in another unit or range'
             advice = "If they are, write all rows in one unit, or save those of each unit in a file of their own; else empty it"
+            if seldom and single and of:
+                first = sorted(of)[0]
+                which = f"--units {first}={unit_against(column[row], first, math.nan)}"
+                advice = f"If all rows are, say so: {which}, or the unit that is right; {advice[0].lower()}{advice[1:]}"
             faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice))
     more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
     notes = (

@@ -27,7 +27,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
-                "thời gian | waktu | الزمن | الوقت | समय | време",
+                "thời gian | waktu | الزمن | الوقت | समय | време | เวลา | زمان | זמן",
             ),
             "displacement": (
                 "extension | displacement | compressive extension | compressive displacement | crosshead",
@@ -69,7 +69,9 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "extensómetro | estensometro | 引伸计 | 伸び計 | 신율계",
                 "elongation | élongation | độ dịch chuyển | dịch chuyển | chuyển vị | perpindahan | الإزاحة | विस्थापन",
                 "преместване | desplaçament | vandring | posun | hod | pomeraj | cursă | ход траверсы | перемещение траверсы",
-                "stage | stage z",
+                "stage | stage z | dist | depl | dep | dépl | despl | desp | spost | verpl | przem",
+                "ระยะ | ระยะกด | การกระจัด",
+                "جابجایی | جابه‌جایی | تغییر مکان | תזוזה | העתקה",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
@@ -89,7 +91,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
                 "masse | 重量 | 무게",
                 "loadcell | lực | tải trọng | gaya | beban | القوة | बल | càrrega | натоварване | forţă | sarcină",
-                "opterećenje | 压力 | 壓力",
+                "opterećenje | 压力 | 壓力 | แรง | نیرو | כוח | fza | fuer | frz | push",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
@@ -97,6 +99,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
                 "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
+                "capa | capac | kapaz | 容量 | 容量値 | ความจุ | ความจุไฟฟ้า | ظرفیت | ظرفیت خازنی | קיבול",
                 "điện dung | kapasitansi | السعة | धारिता | капацитет | capacitat | kapacitet | kapacitivnost",
             ),
             "capacitance_series": (
@@ -134,7 +137,7 @@ ONLY_WITH_UNIT = frozenset(
         "tastweg | extensomètre | extensometre | extensómetro | estensometro | 引伸计 | 伸び計 | 신율계 | kraftmessdose",
         "kraftaufnehmer | kraftsensor | capteur de force | célula de carga | cella di carico | dynamometer",
         "weight | gewicht | gewichtskraft | poids | peso | mass | masse | 重量 | 무게 | stage | stage z | hod",
-        "loadcell | beban | 压力 | 壓力",
+        "loadcell | beban | 压力 | 壓力 | dist | dep | desp | fza | fuer | frz | push | 容量 | ระยะ",
     )
     for name in names.split("|")
 )

@@ -97,6 +97,8 @@ def _shown(mark: str) -> _Shown:
 # Cells with fewer than three digits after the mark are no cells that were cut if they are so many, or such a share of those
 # with three; a single one may be of so few of these.
 _MANY, _FEW, _FEWEST = 200, 0.02, 10
+# Numbers in which a mark stands twice, of which a single one may be two that were joined.
+_GROUPS = 2
 _SHOWN = {mark: _shown(mark) for mark in ".,"}
 # After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
 _PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
@@ -144,9 +146,12 @@ def decide_notation(
         if mark and commas[c]:
             apart = _SHOWN[_OTHER[mark]].unsure.search(text)
             match = found[mark]
-            if apart and match:
+            whole = mark not in text
+            if apart and match and not (whole and asked == mark) and not _sets_thousands_apart(text, mark):
                 conflict = "the other mark may set thousands apart, which then have no decimals, or be one, too"
-                return Notation("", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]))
+                return Notation(
+                    "", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]), askable=mark if whole else ""
+                )
         strong.append(found)
         shown.append(mark)
     seen = set(shown) - {""}
@@ -159,8 +164,9 @@ def decide_notation(
             )
     decimals, notes = [], []
     was_open = False
+    apart_in = {_OTHER[m] for m, text in zip(shown, texts, strict=True) if m and _sets_thousands_apart(text, m)}
     for c, text in enumerate(texts):
-        decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], seen, declared, asked, delimiter)
+        decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter)
         if conflict:
             several = len(showing) > 1
             likely = "" if several else ".," if seen else "," if commas[c] else "."
@@ -187,6 +193,12 @@ def decide_notation(
     return Notation(usual, tuple(d or usual for d in decimals), tuple(notes))
 
 
+def _sets_thousands_apart(text: str, mark: str) -> bool:
+    """Whether a column of whole numbers has the other mark in every number of four digits and more, and twice in some."""
+    groups = sum(1 for _ in islice(_SHOWN[mark].twice.finditer(text), _GROUPS))
+    return mark not in text and groups >= _GROUPS and not _THOUSANDS.search(text)
+
+
 def _places(texts: Sequence[str], found: Sequence[tuple[re.Match[str] | None, int]]) -> tuple[tuple[int, int], ...]:
     return tuple(sorted((texts[c].count("\n", 0, m.start()), c) for m, c in found if m is not None))
 
@@ -195,7 +207,14 @@ _Decision = tuple[str, str, str, tuple[re.Match[str] | None, ...]]
 
 
 def _decimal(
-    text: str, cells: Sequence[str], shown: str, seen: set[str], declared: str, asked: str, delimiter: str
+    text: str,
+    cells: Sequence[str],
+    shown: str,
+    seen: set[str],
+    apart_in: set[str],
+    declared: str,
+    asked: str,
+    delimiter: str,
 ) -> _Decision:
     """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it."""
     if shown:
@@ -209,6 +228,8 @@ def _decimal(
     mark, match = next(iter(unsure.items()))
     if declared or asked:
         return declared or asked, "", "", ()
+    if mark in apart_in and seen == {_OTHER[mark]} and not _THOUSANDS.search(text):
+        return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as it does in the millions of another column", "", ()
     plain = _PLAIN_WHOLE.search(text)
     large = _WHOLE.search(text)
     if plain and (large or seen != {mark}):

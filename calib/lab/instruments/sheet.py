@@ -39,6 +39,7 @@ class Sheet:
     reasons : row from 0 -> why its cells cannot be trusted.
     declared_factors : quantity, "" for none in particular -> (words, 1-based line) that state a factor of its readings.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
+    beside : 1-based line and words of what stands above, below and among the rows, in empty columns and on cells.
     """
 
     text: LabText
@@ -58,6 +59,7 @@ class Sheet:
     reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
     declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    beside: tuple[tuple[int, str], ...] = ()
 
     @property
     def prelude(self) -> tuple[str, ...]:

@@ -70,7 +70,7 @@ _LONGEST = 120
 
 # "force now in mN", "Load: kN", "all values in gf", "switched to kN", "units: mN".
 _IN_UNIT = re.compile(
-    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[]?(?P<unit>[^\s()\[\],;.\d]{1,12})[)\]]?[\s.,;!\"]*",
+    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[\"']?(?P<unit>[^\s()\[\],;.!?\"'\d]{1,12})[)\]\"']?[\s.,;!?\"]*",
     re.I,
 )
 _UNITS = re.compile(
@@ -237,7 +237,7 @@ def speaks_of_scale(text: str) -> bool:
         return True
     if _RANGE.search(text):
         return True
-    words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=\d]{2,4}(?![\w])", text)
+    words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=!?\d]{2,4}(?![\w])", text)
     return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)
 
 

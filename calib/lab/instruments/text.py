@@ -67,6 +67,7 @@ class LabText:
     typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
     units_line : 1-based line of which the format states that units stand there, known ones or not; 0 if it states none.
     notes : in what it was not written as a table is.
+    comments : what is written on cells and beside them, by 1-based line and column from 0, -1 where it stands at none.
     """
 
     path: Path
@@ -78,6 +79,7 @@ class LabText:
     typed: bool = False
     units_line: int = 0
     notes: tuple[str, ...] = ()
+    comments: tuple[tuple[int, int, str], ...] = ()
 
 
 def require_readable(path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
@@ -104,7 +105,31 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
             f"Correct one of the two, or say which is right: {listed}",
         )
+    contrary = words_against(sheet, quantity, factors[0])
+    if contrary is not None:
+        words, line, unit = contrary
+        which = Choice("units", tuple(u for u in (unit, said[0]) if is_unit_of(u, quantity)), shown)
+        return fault(
+            f'"{words}" says that the unit of column "{name}" is {unit}, its own is {said[0]}',
+            f"Correct one of the two, or say which is right: {which}",
+            which,
+        )
     return None, factors[0]
+
+
+def words_against(sheet: Sheet, quantity: str, factor: float) -> tuple[str, int, str] | None:
+    """The words beside a record by which a quantity has another unit than that by which it is read, their line, and that unit.
+
+    Parameters
+    ----------
+    sheet : the record.
+    quantity, factor : what is read, and by which factor it becomes SI.
+    """
+    for line, words in sheet.beside:
+        unit = unit_against(words, quantity, factor)
+        if unit:
+            return " ".join(words.split()).strip(" ,;")[:80], line, unit
+    return None
 
 
 def units_to_say(quantity: str) -> str:

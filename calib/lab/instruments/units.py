@@ -74,7 +74,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "daN": "daN DaN dekanewton decanewton décanewton",
             "gf": "gf gF gF. grf g-f gwt gram-force grams-force gramforce gram_force pond гс "
             "g gm gms gram grams Gramm gramme grammes gramo gramos grammi gramy г 克 グラム 그램",
-            "kgf": "kgf kgF kp KGF kg-f kgwt kilogram-force kilograms-force kilogramforce kilogram_force kilopond кгс "
+            "kgf": "kgf kgF kp KGF Kgf KgF kg-f kgwt kilogram-force kilograms-force kilogramforce kilogram_force kilopond кгс "
             "kg Kg KG kgs kilo kilos kilogram kilograms Kilogramm kilogramme kilogrammes kilogramo kilogramos кг 千克 公斤 "
             "キログラム 킬로그램",
             "milligram_force": "mgf mg milligram milligrams Milligramm 毫克",
@@ -393,6 +393,63 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+#: Units of languages that set no blanks between words, the longest first: to be found within a sentence.
+UNITS_WITHOUT_BLANKS = tuple(
+    sorted({w for table in _BY_SPELLING.values() for w in table if len(w) > 1 and w[0] > "\u2e80"}, key=lambda w: (-len(w), w))
+)
+# How units that are spelled out begin in most languages, whatever their endings: "millinewtonach", "в миллиметрах".
+_PREFIX = (
+    r"(?P<prefix>milli|mili|милли|міл[іл]+|micro|mikro|микро|мікро|kilo|кило|кіло|nano|нано|pico|piko|пико|піко|femto|centi|"
+    r"zenti|санти)?"
+)
+_BASES = {
+    "force": ("N", "newton|niuton|njuton|nyuton|ньютон"),
+    "displacement": ("m", "met[er]|mèt|mét|метр"),
+    "capacitance": ("F", "farad|фарад"),
+}
+_LETTER_OF = {
+    "mil": "m",
+    "мил": "m",
+    "міл": "m",
+    "mic": "u",
+    "mik": "u",
+    "мик": "u",
+    "мік": "u",
+    "kil": "k",
+    "кил": "k",
+    "кіл": "k",
+} | {
+    "nan": "n",
+    "нан": "n",
+    "pic": "p",
+    "pik": "p",
+    "пик": "p",
+    "пік": "p",
+    "fem": "f",
+    "cen": "c",
+    "zen": "c",
+    "сан": "c",
+}
+
+
+def unit_by_stem(word: str, quantity: str) -> str:
+    """The usual unit of one that is spelled out in a sentence, in any language and with any ending; "" if it is none.
+
+    Parameters
+    ----------
+    word : of a sentence.
+    quantity : one of `SI_UNIT`.
+
+    >>> [unit_by_stem(*of) for of in (("миллиньютонах", "force"), ("milimetrach", "displacement"), ("method", "displacement"))]
+    ['mN', 'mm', '']
+    """
+    unit, stems = _BASES.get(quantity, ("", "\0"))
+    match = re.match(rf"{_PREFIX}(?:{stems})", word.lower())
+    if match is None or (unit == "m" and not match["prefix"]):
+        return ""
+    return _LETTER_OF.get((match["prefix"] or "")[:3], "") + unit
 
 
 def looks_like_unit(text: str) -> bool:

@@ -208,3 +208,29 @@ def test_a_name_with_such_a_digit_is_kept_where_the_numbers_are_written_as_usual
     table = read_lab_file(written(tmp_path, "Time (s);Displacement (mm);Force (N);台座２", TIME, DEPTH, CAP, DEPTH))
     assert 'column 4 "台座２"' in [unread.what for unread in table.unread]
     assert not any("another script" in note for note in table.notes)
+
+
+_IN_MILLIONS = ["-2,453", "1,855", "23,567", "412,122", "1,004,265", "1,504,938", "1,203,364", "804,265", "304,265", "12,265"]
+
+
+def _quoted_rows(forces: list[str], places: list[str]) -> str:
+    rows = [f'"{100 * i}","{place}","{force}"' for i, (place, force) in enumerate(zip(places, forces, strict=True))]
+    return "\n".join(['"Time (ms)","Displacement (nm)","Force (uN)"', *rows]) + "\n"
+
+
+def test_whole_numbers_of_which_some_are_millions_have_their_thousands_set_apart(tmp_path: Path) -> None:
+    places = ["-96", "6,988", "14,538", "21,535", "28,582", "35,845", "28,907", "21,777", "14,111", "321"]
+    path = tmp_path / "lab.csv"
+    path.write_text(_quoted_rows(_IN_MILLIONS, places))
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["force"][4], 1.004265)
+    np.testing.assert_allclose(table.columns["displacement"][[0, 1]], [-96e-9, 6988e-9])
+    assert any("sets thousands apart" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("odd", ["1004265", "23.5"])
+def test_millions_beside_numbers_of_another_form_prove_no_thousands(tmp_path: Path, odd: str) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(_quoted_rows([*_IN_MILLIONS[:-1], odd], ["6,988"] * 10))
+    with pytest.raises(InputError, match="decimal mark"):
+        read_lab_file(path)

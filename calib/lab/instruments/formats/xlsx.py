@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import io
+import posixpath
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.grid import SheetOf, Value, column_letters, part_of
+from calib.lab.instruments.grid import SheetOf, Value, column_letters, part_of, with_comments
 from calib.lab.instruments.part import Cell, Format, Part, damaged, not_installed
 from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
@@ -62,7 +64,8 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         parts = []
         for sheet in book.worksheets:
             where = SheetOf(path, sha256, "xlsx", sheet.title, sheet.sheet_state != "visible")
-            parts.append(_part(sheet, where, formulas.get(sheet.title, {}), scans[sheet.title].notes))
+            part = _part(sheet, where, formulas.get(sheet.title, {}), scans[sheet.title].notes)
+            parts.append(with_comments(part, _comments(data, sheet._worksheet_path)))
         parts += [Part("sheet", sheet.title, None, "it is a chart") for sheet in book.chartsheets]
     return tuple(parts)
 
@@ -157,6 +160,43 @@ def _scan(data: bytes, sheet: str) -> _Scan:
         shown = ", ".join(merged[:5])
         notes.append(f"{len(merged)} merged area(s), such as {shown}: the value stands in the first cell, the others are empty")
     return _Scan(formulas, tuple(notes))
+
+
+_RELATED = re.compile(rb"<(?:\w+:)?Relationship [^>]*>")
+_COMMENT = re.compile(
+    rb'<(?:\w+:)?(?:comment|threadedComment) [^>]*?\bref="(?P<ref>[A-Z]+\d+)"[^>]*>(?P<inside>.*?)</(?:\w+:)?(?:comment|'
+    rb"threadedComment)>",
+    re.S,
+)
+_BOX = re.compile(rb"<xdr:sp[ >](?P<inside>.*?)</xdr:sp>", re.S)
+_WORDS = re.compile(rb"<(?:\w+:)?(?:t|text)(?: [^>]*)?>([^<]+)<")
+
+
+def _comments(data: bytes, sheet: str) -> Iterator[tuple[Cell | None, str]]:
+    """The comments on cells of a sheet, and what its boxes of text say, which stand at no cell."""
+    folder, _, name = sheet.rpartition("/")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        there = set(archive.namelist())
+        links = f"{folder}/_rels/{name}.rels"
+        for link in _RELATED.findall(archive.read(links)) if links in there else ():
+            target = re.search(rb'Target="([^"]+)"', link)
+            kind = re.search(rb'Type="[^"]*/(comments|threadedComment|drawing)"', link)
+            path = (
+                posixpath.normpath(posixpath.join(f"/{folder}", target[1].decode())).lstrip("/") if target is not None else ""
+            )
+            if kind is None or path not in there:
+                continue
+            for found in (_BOX if kind[1] == b"drawing" else _COMMENT).finditer(archive.read(path)):
+                said = html.unescape(b" ".join(_WORDS.findall(found["inside"])).decode("utf-8", "replace"))
+                yield (_cell(found["ref"].decode()) if kind[1] != b"drawing" else None), " ".join(said.split())
+
+
+def _cell(ref: str) -> Cell:
+    letters = ref.rstrip("0123456789")
+    column = 0
+    for letter in letters:
+        column = 26 * column + ord(letter) - 64
+    return int(ref[len(letters) :]), column - 1
 
 
 FORMAT = Format("Excel workbook (.xlsx)", recognise, take_apart)

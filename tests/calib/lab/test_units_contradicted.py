@@ -1,0 +1,165 @@
+"""Words beside a table by which its readings are in another unit than its header says: refused, with advice that settles it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import calib
+from calib.lab.instruments.contrary import unit_against
+
+HEADER = "Time (s),Displacement (mm),Force (N)"
+ROWS = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.3 * i**1.5:.4f}" for i in range(40)]
+
+OF_FORCE = (
+    "Force is in mN!",
+    "Achtung: Kraft in mN, nicht N",
+    "注意：力的单位是mN",
+    "# force column is in mN (header wrong)",
+    "NB force in mN",
+    "# force actually in mN",
+    "Load cell output in millinewtons",
+    "Forces are milli-newtons",
+    "сила в миллиньютонах",
+    "Uwaga: siła podana w mN",
+    "荷重の単位はNではなくmN",
+    "힘은 mN 단위입니다",
+    "fuerza en mN en vez de N",
+    "oops, header wrong: mN",
+    "header says N but it is mN",
+    "converted from N to mN",
+    "Force was recorded in mN on channel 2",
+    "force is in grams",
+    "F in mN",
+    "Force [mN] over displacement [um]",
+    "the force is not in N",
+)
+OF_NO_FORCE = (
+    "max 500 mN",
+    "500 mN load cell",
+    "Load cell: 10 kN",
+    "Preload (mN): 50",
+    "Preload in mN: 50",
+    "Max force (mN),512",
+    "Force resolution: mN",
+    "range: mN",
+    "converted from mN to N",
+    "umgerechnet von kN in N",
+    "mN -> N",
+    "force is in N, not mN",
+    "Kraft in N",
+    "stiffness N/mm",
+    "Operator: M. N. Smith",
+)
+OF_DISPLACEMENT = (
+    "# displacement is in inches, sorry",
+    "Weg in µm",
+    "x in inches",
+    "位移单位是微米",
+    "перемещение в микрометрах",
+    "Units: force N, displacement um",
+)
+OF_NO_DISPLACEMENT = (
+    "ball radius in um",
+    "Sample thickness (um)",
+    "Speed 0.1 um/s",
+    "speed in um per s",
+    "displacement in mm",
+    "Gauge length um",
+    "0.05 um steps",
+)
+
+
+def _write(folder: Path, *lines: str) -> Path:
+    path = folder / "press.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("words", OF_FORCE)
+def test_words_that_give_the_force_another_unit_contradict_its_header(words: str) -> None:
+    assert unit_against(words, "force", 1.0)
+
+
+@pytest.mark.parametrize("words", OF_NO_FORCE)
+def test_a_unit_of_something_else_contradicts_no_force(words: str) -> None:
+    assert unit_against(words, "force", 1.0) == ""
+
+
+def test_words_on_the_displacement_are_told_from_sizes_and_speeds() -> None:
+    assert all(unit_against(words, "displacement", 1e-3) for words in OF_DISPLACEMENT)
+    assert not any(unit_against(words, "displacement", 1e-3) for words in OF_NO_DISPLACEMENT)
+
+
+@pytest.mark.parametrize("place", ["above", "below", "among", "beside"])
+@pytest.mark.parametrize("words", ["# NB: force in mN!", "# sorry, the load is in millinewtons"])
+def test_a_contradiction_is_refused_wherever_it_stands(tmp_path: Path, place: str, words: str) -> None:
+    lines = {
+        "above": [words, HEADER, *ROWS],
+        "below": [HEADER, *ROWS, "", words],
+        "among": [HEADER, *ROWS[:20], words, *ROWS[20:]],
+        "beside": [f"{HEADER},Remarks", f'{ROWS[0]},"{words[2:]}"', *(f"{row}," for row in ROWS[1:])],
+    }[place]
+    with pytest.raises(calib.InputError, match="unit"):
+        calib.read_lab_file(_write(tmp_path, *lines))
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mN", 1e-3), ("N", 1.0)])
+@pytest.mark.parametrize("place", ["above", "below", "beside"])
+def test_a_unit_that_is_said_settles_the_contradiction(tmp_path: Path, place: str, unit: str, factor: float) -> None:
+    lines = {
+        "above": ["Achtung: Kraft in mN, nicht N", HEADER, *ROWS],
+        "below": [HEADER, *ROWS, "", "NB force in mN"],
+        "beside": [f"{HEADER},Remarks", f"{ROWS[0]},force in mN", *(f"{row}," for row in ROWS[1:])],
+    }[place]
+    table = calib.read_lab_file(_write(tmp_path, *lines), calib.Reading(units={"force": unit}))
+    np.testing.assert_allclose(table.columns["force"][-1], factor * float(ROWS[-1].split(",")[2]))
+
+
+def test_a_unit_that_holds_from_a_row_on_is_settled_by_no_unit(tmp_path: Path) -> None:
+    rows = [f"{row}," if i != 20 else f"{row},force now in mN" for i, row in enumerate(ROWS)]
+    with pytest.raises(calib.InputError, match="another unit or range"):
+        calib.read_lab_file(_write(tmp_path, f"{HEADER},Remarks", *rows), calib.Reading(units={"force": "mN"}))
+
+
+def test_what_is_said_against_words_is_noted(tmp_path: Path) -> None:
+    path = _write(tmp_path, HEADER, *ROWS, "", "NB force in mN")
+    table = calib.read_lab_file(path, calib.Reading(units={"force": "N"}))
+    assert any("as asked" in note and "NB force in mN" in note for note in table.notes)
+
+
+def _workbook(path: Path, *, comment: str = "", box: str = "", side: str = "") -> Path:
+    xlsxwriter = pytest.importorskip("xlsxwriter")
+    book = xlsxwriter.Workbook(path)
+    sheet = book.add_worksheet("Data")
+    sheet.write_row(0, 0, HEADER.split(","))
+    for r, row in enumerate(ROWS, 1):
+        sheet.write_row(r, 0, list(map(float, row.split(","))))
+    if comment:
+        sheet.write_comment("C1", comment)
+    if box:
+        sheet.insert_textbox("F4", box)
+    if side:
+        sheet.write("H3", side)
+    book.close()
+    return path
+
+
+@pytest.mark.parametrize("place", ["comment", "box", "side"])
+def test_a_workbook_is_refused_for_what_its_comments_and_side_cells_say(tmp_path: Path, place: str) -> None:
+    path = _workbook(tmp_path / "press.xlsx", **{place: "Force values are in mN!!"})
+    with pytest.raises(calib.InputError, match="mN"):
+        calib.read_lab_file(path)
+    for unit, factor in (("mN", 1e-3), ("N", 1.0)):
+        table = calib.read_lab_file(path, calib.Reading(units={"force": unit}))
+        np.testing.assert_allclose(table.columns["force"][-1], factor * float(ROWS[-1].split(",")[2]))
+
+
+def test_a_comment_on_a_name_is_of_its_column(tmp_path: Path) -> None:
+    with pytest.raises(calib.InputError, match="its own is N"):
+        calib.read_lab_file(_workbook(tmp_path / "press.xlsx", comment="values are in mN"))
+
+
+def test_comments_that_contradict_nothing_are_told(tmp_path: Path) -> None:
+    table = calib.read_lab_file(_workbook(tmp_path / "press.xlsx", comment="10 kN load cell, zeroed by Ana"))
+    assert any("10 kN load cell" in note for note in table.notes)

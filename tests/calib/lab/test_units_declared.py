@@ -1,0 +1,75 @@
+"""Units that lines above a table declare, abbreviated names and names in more languages, and "x" as the displacement."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import calib
+from calib.lab import LabTable
+
+ROWS = [f"{0.1 * i:.1f},{10.0 * i:.1f},{0.3 * i**1.5:.4f}" for i in range(40)]
+
+
+def _read(folder: Path, *lines: str) -> LabTable:
+    path = folder / "press.csv"
+    path.write_text("\n".join([*lines, *ROWS]) + "\n", encoding="utf-8")
+    return calib.read_lab_file(path)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ['# force_unit = "mN"', '# displacement_unit = "um"', '# time_unit = "s"'],
+        ["All forces are in millinewton, displacements in micrometre, time in seconds."],
+        ["Hinweis: Kraft in mN, Weg in µm, Zeit in s"],
+        ["---", "units: {time: s, displacement: um, force: mN}", "---"],
+    ],
+)
+def test_units_that_a_sentence_or_an_assignment_above_declares_are_taken(tmp_path: Path, above: list[str]) -> None:
+    table = _read(tmp_path, *above, "time,displacement,force")
+    np.testing.assert_allclose(table.columns["displacement"][-1], 390e-6)
+    np.testing.assert_allclose(table.columns["force"][-1], 0.3e-3 * 39**1.5, rtol=1e-4)
+    assert any("the unit of force (" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("above", ["Ball in mm, force in mN", "force in mN, pressed in air", "load cell: 10 N, time in s"])
+def test_a_sentence_of_which_a_part_states_no_unit_of_a_reading_declares_none(tmp_path: Path, above: str) -> None:
+    with pytest.raises(calib.InputError, match="has no unit"):
+        _read(tmp_path, above, "time,displacement,force")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "เวลา (s),ระยะกด (um),แรง (mN)",
+        "زمان (s),جابجایی (um),نیرو (mN)",
+        "זמן (s),תזוזה (um),כוח (mN)",
+        "t (s),dep (um),F (mN)",
+        "tiempo_s,despl_um,fza_mN",
+        "t_s,dist_um,F_mN",
+    ],
+)
+def test_abbreviated_names_and_more_languages_are_understood(tmp_path: Path, names: str) -> None:
+    table = _read(tmp_path, names)
+    np.testing.assert_allclose(table.columns["displacement"][-1], 390e-6)
+    np.testing.assert_allclose(table.columns["force"][-1], 0.3e-3 * 39**1.5, rtol=1e-4)
+
+
+@pytest.mark.parametrize("names", ["t (s),x (um),F (mN)", "t_s,x_um,F_mN", "t [s],x [um],F [mN]"])
+def test_x_is_the_displacement_where_no_other_column_is_a_length_and_that_is_told(tmp_path: Path, names: str) -> None:
+    table = _read(tmp_path, names)
+    np.testing.assert_allclose(table.columns["displacement"][-1], 390e-6)
+    assert any("the only column of a length" in note for note in table.notes)
+
+
+def test_x_is_no_displacement_beside_another_column_of_a_length(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(["x (um),y (um),F (mN)", *ROWS]) + "\n")
+    with pytest.raises(calib.InputError):
+        calib.read_lab_file(path)
+
+
+def test_kilograms_force_in_any_case_are_taken(tmp_path: Path) -> None:
+    table = _read(tmp_path, "Time (s),Displacement (um),Force (Kgf)")
+    np.testing.assert_allclose(table.columns["force"][-1], 9.80665 * 0.3 * 39**1.5, rtol=1e-4)
