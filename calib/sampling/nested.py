@@ -42,7 +42,7 @@ class NestedDraws:
     def log_marginal(self) -> FloatArray:
         """Estimates of the log density of the shared coordinates, all others integrated out, (n_draw,)."""
         total = self.log_shared + np.sum(logsumexp(self.log_ratio, axis=0) - np.log(len(self.x)), axis=1)
-        return np.where(np.isfinite(total), total, -np.inf)
+        return np.asarray(np.where(np.isfinite(total), total, -np.inf), dtype=float)
 
     @property
     def share(self) -> FloatArray:
@@ -50,13 +50,13 @@ class NestedDraws:
         top = np.max(self.log_ratio, axis=0)
         weight = np.exp(self.log_ratio - np.where(np.isfinite(top), top, 0.0))
         total = np.sum(weight, axis=0)
-        return np.divide(weight, total, out=np.zeros_like(weight), where=total > 0)
+        return np.asarray(np.divide(weight, total, out=np.zeros_like(weight), where=total > 0), dtype=float)
 
     def mean_of(self, values: FloatArray) -> FloatArray:
         """Weighted means over the first axis of values (n_each, n_draw, n) that belong to the columns, (n_draw, n)."""
         each = np.full((*self.x.shape[:2], 1), 1 / len(self.x))
         weight = np.concatenate([each, self.share], axis=2)
-        return np.sum(weight[:, :, self.group] * values, axis=0)
+        return np.asarray(np.sum(weight[:, :, self.group] * values, axis=0), dtype=float)
 
     def chosen(self, random: np.random.RandomState) -> FloatArray:
         """One draw of each group for each of the shared ones, chosen by its weight, (n_draw, n).
