@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.spikes import last_step, noise_of
 from models.sensor import BoolArray, FloatArray
@@ -274,9 +275,10 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if not at.size or at.size > max(2, _SHARE * course.y.size):
             continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
-        seen = _shared(course, at, others) & ~_too_large(
-            quantity, course, at, {q: _resampled(values[q], course) for q in others}
-        )
+        beside = {q: _resampled(values[q], course) for q in others}
+        seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
+        for q, other in others.items():
+            seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
         alone, rest = at[~seen], at
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
@@ -315,7 +317,7 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
     found = np.zeros(at.size, dtype=bool)
     if quantity in CAPACITANCES and "force" in others:
         # A capacitance that jumps by more than all that the press makes of it would need a load that does.
-        rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
+        rest = _of_press(course, at, steps)
         shown = _near_off(others["force"], at)
         found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
     elif quantity == "force":
@@ -325,6 +327,11 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
         for q in set(CAPACITANCES) & set(others) if np.any(whole) else ():
             found |= whole & (_near_off(others[q], at) < _OF_ONE * others[q].span)
     return found
+
+
+def _of_press(course: _Course, at: IntArray, steps: FloatArray | float) -> FloatArray:
+    """What a press makes of a channel: its range between jumps, and not less than a tenth of these."""
+    return np.maximum(max(float(np.ptp(part)) for part in np.split(course.y, at + 1)), np.abs(steps) / 10)
 
 
 def _near_off(course: _Course, at: IntArray) -> FloatArray:
@@ -436,7 +443,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
     jump, does = abs(float(course.y[i + 1] - course.y[i])), course.moves(i, at)
     doubt = f"something that no other column shows, or {_METER}"
     force, ball = others.get("force"), others.get("displacement")
-    rest = max(course.span - jump, jump / 10)
+    rest = float(_of_press(course, at, jump))
     if force is not None and _is_seen(force):
         expected = jump / rest * force.span
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
