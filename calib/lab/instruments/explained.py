@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +12,14 @@ from models.sensor import BoolArray, FloatArray
 
 # The slope on a side is told by rows over which the other channel changes by so much of its own step, and so many noises.
 _OF_STEP, _NOISES = 0.5, 6.0
-# Rows on a side that are looked at.
-_FAR = 80
+# Rows on a side that are looked at, and those of which other such steps are left out.
+_FAR, _NEAR = 80, 20
 # A step may miss what the slopes let expect by such a share, and so many noises; where one side tells no slope it may be
 # as much as so many times the other's.
 _MISS, _MISS_NOISES, _ONE_SIDE = 0.3, 4.0, 1.5
+
+# A step is far off by so many times what it may be; slopes are alike within such a factor.
+_FAR_OFF, _ALIKE = 2.0, 2.5
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,13 @@ class Beside:
         """Which steps are those of the other channel."""
         return np.asarray(np.abs(self.off) <= self.room)
 
+    @property
+    def goes_on(self) -> BoolArray:
+        """Which steps are far off, between slopes that are alike."""
+        small, large = (of(np.abs(self.before), np.abs(self.behind)) for of in (np.fmin, np.fmax))
+        alike = (self.before * self.behind > 0) & (large <= _ALIKE * small)
+        return np.asarray(alike & (np.abs(self.off) > _FAR_OFF * self.room))
+
 
 def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_noise: float) -> Beside:
     """Hold steps of a channel against those of another, such as of a load whose ball is cranked, or pushed from step to step.
@@ -52,18 +63,18 @@ def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_n
     at : steps, by the reading before them, (n_step,).
     noise, other_noise : scatter of a reading of each, its resolution included.
     """
-    # Other such steps tell no slope, unless there is nothing else.
-    calm = tuple(_without(v, at) for v in (y, other))
+    dy, moves = np.diff(y), np.diff(other)
+    # Other such steps tell no slope unless there is nothing else, nor do rows in which the other channel rests.
+    calm = ~np.isin(np.arange(moves.size), at)
+    moving = np.abs(moves) > _NOISES * other_noise
+    told_by = ((calm & moving, _NEAR), (moving, _FAR), (calm, _NEAR), (np.ones(moves.size, dtype=bool), _FAR))
     found = np.full((4, at.size), np.nan)
     found[0], found[1] = np.inf, 0.0
     for k, i in enumerate(at.tolist()):
-        step, moved = float(y[i + 1] - y[i]), float(other[i + 1] - other[i])
+        step, moved = float(dy[i]), float(moves[i])
         least = max(_OF_STEP * abs(moved), _NOISES * other_noise)
-        ahead, back = slice(i + 1, i + 2 + _FAR), slice(i, i - _FAR if i >= _FAR else None, -1)
-        before, behind = (
-            next((s for u, v in (calm, (y, other)) if np.isfinite(s := _slope(u[side], v[side], least))), np.nan)
-            for side in (back, ahead)
-        )
+        sides = slice(i - 1, i - 1 - _FAR if i > _FAR else None, -1) if i else slice(0), slice(i + 1, i + 1 + _FAR)
+        before, behind = (_slope(dy[side], moves[side], [(rows[side], far) for rows, far in told_by], least) for side in sides)
         slopes = [s for s in (before, behind) if not np.isnan(s)]
         if not slopes:
             continue
@@ -75,17 +86,12 @@ def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_n
     return Beside(*found)
 
 
-def _without(values: FloatArray, at: IntArray) -> FloatArray:
-    """Readings as they were if some of their steps had not been made."""
-    steps = np.diff(values)
-    steps[at] = 0.0
-    return np.concatenate([values[:1], values[0] + np.cumsum(steps)])
-
-
-def _slope(y: FloatArray, other: FloatArray, least: float) -> float:
-    """The slope from the first reading to the nearest that is farther from it than so much; nan if there is none."""
-    far = np.abs(other - other[0]) > least
-    if not np.any(far):
-        return np.nan
-    k = int(np.argmax(far))
-    return float((y[k] - y[0]) / (other[k] - other[0]))
+def _slope(steps: FloatArray, moves: FloatArray, told_by: Sequence[tuple[BoolArray, int]], least: float) -> float:
+    """The slope from a reading to the nearest that is farther from it than so much, by some of the steps; nan if none is."""
+    for rows, most in told_by:
+        way = np.cumsum(np.where(rows, moves, 0.0)[:most])
+        far = np.abs(way) > least
+        if np.any(far):
+            k = int(np.argmax(far))
+            return float(np.sum(steps[: k + 1][rows[: k + 1]]) / way[k])
+    return np.nan

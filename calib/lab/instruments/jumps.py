@@ -31,8 +31,10 @@ _STILL = 0.25
 _SAMPLE, _SAME_NUMBER = 10_000, 1e-9
 # Readings on a side whose slope is taken, as few as show one.
 _FOR_SLOPE = (1, 2, 3, _NEAR)
-# Where a larger share of the steps jumps, that is what the record is like; fewer rows show nothing.
-_SHARE, _FEWEST = 0.1, 12
+# Where a larger share of the steps jumps, that is what the record is like; so many are looked at; fewer rows show nothing.
+_SHARE, _MOST, _FEWEST = 0.1, 200, 12
+# A step of a load is large that is such a share of its range and so many times the median step.
+_OF_RANGE, _MEDIANS = 0.05, 2.5
 # What a channel beside it may do: the same in its own steps, noises and digits.
 _SEEN_STEPS, _SEEN_NOISES, _SEEN_DIGITS = 3.0, 4.0, 1.5
 # A course moves if it is so many times as steep as its noise makes it, and would so change by such a share of its range.
@@ -272,14 +274,18 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             continue
         floor = max(_NOISES * course.noise, _DIGITS * course.digit)
         at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor, touch=quantity == "force")
-        if not at.size or at.size > max(2, _SHARE * course.y.size):
-            continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
         beside = {q: _resampled(values[q], course) for q in others}
+        if quantity == "force":
+            at = np.union1d(at, _large(course, floor))
+        if not at.size or at.size > max(_MOST, _SHARE * course.y.size):
+            continue
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():
             seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
         alone, rest = at[~seen], at
+        if alone.size > max(2, _SHARE * course.y.size):
+            continue
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
         for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
@@ -293,6 +299,12 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if jumps:
             found[quantity] = jumps
     return found
+
+
+def _large(course: _Course, floor: float) -> IntArray:
+    """Places of the steps of a load that are large by themselves, among others as large, as of a ball that is cranked."""
+    least = max(floor, _OF_RANGE * course.span, _MEDIANS * float(np.median(np.abs(course.steps))))
+    return np.flatnonzero(np.abs(course.steps) > least)
 
 
 def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share: float = _SEEN_STEPS) -> BoolArray:
@@ -388,6 +400,10 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         up = before * after > 0 and abs(after) > abs(before)
         beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
         return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
+    if zero and witness is others.get("displacement"):
+        held = held_beside(course.y, witness.y, at, course.noise, witness.noise)
+        if held.goes_on[np.searchsorted(at, i)]:
+            return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
         # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
