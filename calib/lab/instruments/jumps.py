@@ -283,6 +283,8 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():
             seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
+        if quantity == "force" and "displacement" in others:
+            seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
         alone, rest = at[~seen], at
         if alone.size > max(2, _SHARE * course.y.size):
             continue
@@ -387,6 +389,9 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     # It was set to zero within the step, in which the load went on.
     near_zero = _TO_ZERO * abs(jump) + 3 * course.noise + (_A_STEP * abs(behind) if does else 0.0)
     zero = abs(after) <= near_zero and abs(before) > 0.5 * abs(jump)
+    ball = others.get("displacement")
+    if ball is not None and _set_to_zero(course, at, ball.y, ball.noise)[np.searchsorted(at, i)]:
+        return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     witness = _witness(others, "displacement")
     if witness is None:
         if does != "on" or pause or not whole:
@@ -400,15 +405,19 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         up = before * after > 0 and abs(after) > abs(before)
         beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
         return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
-    if zero and witness is others.get("displacement"):
-        held = held_beside(course.y, witness.y, at, course.noise, witness.noise)
-        if held.goes_on[np.searchsorted(at, i)]:
-            return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
         # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     scaled = does == "other" and _is_scaled(course, i, at) and witness.moves(i, _NONE) == "on"
     return (OPEN, f"another range of the load cell, or {_SLIP}") if scaled else (OPEN, _SLIP) if does == "rests" else None
+
+
+def _set_to_zero(course: _Course, at: IntArray, ball: FloatArray, ball_noise: float) -> BoolArray:
+    """Which steps of a load end at zero while it is as steep over the place behind them as before, and the ball does not show them."""
+    before, after = np.abs(course.y[at]), np.abs(course.y[at + 1])
+    jump = np.abs(course.y[at + 1] - course.y[at])
+    zero = (after <= _TO_ZERO * jump + 3 * course.noise) & (before > 0.5 * jump)
+    return zero & held_beside(course.y, ball, at, course.noise, ball_noise).goes_on if np.any(zero) else zero
 
 
 def _is_scaled(course: _Course, i: int, at: IntArray) -> bool:
