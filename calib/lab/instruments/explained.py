@@ -10,8 +10,9 @@ import numpy as np
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import BoolArray, FloatArray
 
-# The slope on a side is told by rows over which the other channel changes by so much of its own step, and so many noises.
-_OF_STEP, _NOISES = 0.5, 6.0
+# The slope on a side is told by rows over which the other channel changes by so much of its own step, or such a share of its
+# range where the step is large, and so many noises.
+_OF_STEP, _OF_RANGE, _NOISES = 0.5, 0.02, 6.0
 # Rows on a side that are looked at, and those of which other such steps are left out.
 _FAR, _NEAR = 80, 20
 # A step may miss what the slopes let expect by such a share, and so many noises; where one side tells no slope it may be
@@ -63,7 +64,7 @@ def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_n
     at : steps, by the reading before them, (n_step,).
     noise, other_noise : scatter of a reading of each, its resolution included.
     """
-    dy, moves = np.diff(y), np.diff(other)
+    dy, moves, most = np.diff(y), np.diff(other), _OF_RANGE * float(np.ptp(other))
     # Other such steps tell no slope unless there is nothing else, nor do rows in which the other channel rests.
     calm = ~np.isin(np.arange(moves.size), at)
     moving = np.abs(moves) > _NOISES * other_noise
@@ -72,7 +73,7 @@ def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_n
     found[0], found[1] = np.inf, 0.0
     for k, i in enumerate(at.tolist()):
         step, moved = float(dy[i]), float(moves[i])
-        least = max(_OF_STEP * abs(moved), _NOISES * other_noise)
+        least = max(min(_OF_STEP * abs(moved), most), _NOISES * other_noise)
         sides = slice(i - 1, i - 1 - _FAR if i > _FAR else None, -1) if i else slice(0), slice(i + 1, i + 1 + _FAR)
         before, behind = (_slope(dy[side], moves[side], [(rows[side], far) for rows, far in told_by], least) for side in sides)
         slopes = [s for s in (before, behind) if not np.isnan(s)]

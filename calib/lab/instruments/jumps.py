@@ -278,7 +278,8 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         beside = {q: _resampled(values[q], course) for q in others}
         if quantity == "force":
             at = np.union1d(at, _large(course, floor))
-        if not at.size or at.size > max(_MOST, _SHARE * course.y.size):
+        # Of a load those count that the ball does not make.
+        if not at.size or at.size > max(_MOST if quantity == "force" else 2, _SHARE * course.y.size):
             continue
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():

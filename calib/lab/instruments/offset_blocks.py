@@ -68,6 +68,8 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > least) & ~np.any([h.explained for h in held], axis=0)
     at, off, room = at[odd], held[0].off[odd], held[0].room[odd]
     found: list[tuple[int, int, int]] = []
+    if at.size > 2 * _MOST:
+        return found
     last = -1
     for a, b in pairwise(range(at.size)):
         larger = max(abs(off[a]), abs(off[b]))
