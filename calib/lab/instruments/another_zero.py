@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, jumps_of
+from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn

@@ -1,4 +1,4 @@
-"""From the steps of two channels in the same rows to those of one that the other makes, at the slope that the rows beside have."""
+"""From the steps of two channels in the same rows to those of one that the other makes, at the slope of the rows beside."""
 
 from __future__ import annotations
 

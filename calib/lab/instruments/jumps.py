@@ -414,7 +414,7 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
 
 
 def _set_to_zero(course: _Course, at: IntArray, ball: FloatArray, ball_noise: float) -> BoolArray:
-    """Which steps of a load end at zero while it is as steep over the place behind them as before, and the ball does not show them."""
+    """Which steps of a load end at zero and are none of the ball, over whose place it is as steep behind them as before."""
     before, after = np.abs(course.y[at]), np.abs(course.y[at + 1])
     jump = np.abs(course.y[at + 1] - course.y[at])
     zero = (after <= _TO_ZERO * jump + 3 * course.noise) & (before > 0.5 * jump)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from hostile_press import FloatArray
 
+from models.sensor import BoolArray
+
 #: How the ball is driven.
 DRIVES = ("smooth", "fast", "crank", "jerky", "events", "stairs", "load only")
 #: What is planted into a sound press.
@@ -96,13 +98,14 @@ def _places(drive: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArra
 
 
 def _with_fault(
-    fault: str, columns: dict[str, FloatArray], depth: FloatArray, down: np.ndarray, rng: np.random.Generator
+    fault: str, columns: dict[str, FloatArray], depth: FloatArray, down: BoolArray, rng: np.random.Generator
 ) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
     """The columns with a fault of a quarter of the range of force in contact, and its rows."""
     force = columns["force"].copy()
     span = float(np.ptp(force))
     first = int(np.argmax(depth))
-    inner = np.flatnonzero((depth > 0.3) & (depth < 0.7) & (np.arange(depth.size) < first - (20 if fault == "block" else 4)) & down)
+    last = first - (20 if fault == "block" else 4)
+    inner = np.flatnonzero((depth > 0.3) & (depth < 0.7) & (np.arange(depth.size) < last) & down)
     row = int(rng.choice(inner))
     if fault == "reset":
         force[row:] -= force[row]
