@@ -109,6 +109,7 @@ def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, 
     speed = np.abs(after - before) / np.maximum(elapsed, 1e-12)
     slow = speed < max(4 * speed_noise, 0.05 * mean_speed)
     tolerance = max(3 * noise, 2e-4 * span)
+    inner: list[tuple[int, int]] = []
     for begin, end in _runs(slow):
         if end - begin < half or abs(float(values[end - 1] - values[begin])) > max(6 * noise, _STANDS * working):
             continue
@@ -118,8 +119,9 @@ def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, 
         while end < n and abs(values[end] - level) <= tolerance:
             end += 1
         still[begin:end] = True
+        if begin > 0 and end < n:
+            inner.append((begin, end))
     # A staircase stands still most of the time and is measured there.
-    inner = [(b, e) for b, e in _runs(still) if b > 0 and e < n]
     if sum(e - b for b, e in inner) > n / 2:
         for b, e in inner:
             still[b:e] = False

@@ -10,6 +10,7 @@ import numpy as np
 from calib.errors import Fault
 from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
@@ -19,6 +20,7 @@ from models.sensor import FloatArray
 
 # Quantities whose zero is any, so that rows of one zero can be used.
 _ZEROED = ("displacement", "force")
+_OFFSET = "an offset, which ends as it began"
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ def another_zero(
     """Refuse a record of which one channel jumps from a row on, as no press does, or tell of it where some of it can be used.
 
     A counter that overflowed and a capacitance of another range or offset are refused. A zero that was set anew is noted with
-    its row, as rows of one zero can be used together. Of a capacitance that leaves its course and comes back the rows between
-    are left out. A unit that stands in the file and that the user says once more settles it.
+    its row, as rows of one zero can be used together. Of a channel that leaves its course and comes back the rows between are
+    left out. A unit that stands in the file and that the user says once more settles it.
 
     Parameters
     ----------
@@ -55,6 +57,17 @@ def another_zero(
     reading : what the user says of the file.
     """
     told = AnotherZero([], [], {}, {})
+    values = dict(values)
+    for quantity, blocks in offset_blocks(values).items():
+        column = next(c for c in columns if c.quantity == quantity)
+        if is_confirmed(sheet, column.index, column.heading, column.factor, reading):
+            continue
+        left = values[quantity].copy()
+        for last, row, back in blocks:
+            rows = [r for r in range(row, back) if np.isfinite(left[r])]
+            told.lost.setdefault(quantity, {}).update(dict.fromkeys(rows, _why_lost(sheet, column, last, row, _OFFSET)))
+            left[row:back] = np.nan
+        values[quantity] = left
     found = jumps_of(values)
     for column in columns:
         jumps = found.get(column.quantity, [])
@@ -65,7 +78,8 @@ def another_zero(
         for jump in sure if column.quantity in CAPACITANCES else ():
             if jump.back:
                 rows = [r for r in range(jump.row, jump.back) if np.isfinite(values[column.quantity][r])]
-                told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows, _why_lost(sheet, column, jump)))
+                why = _why_lost(sheet, column, jump.last, jump.row, jump.why)
+                told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows, why))
         wrong = [j for j in sure if j.kind == OVERFLOW and not j.back]
         if wrong:
             quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
@@ -121,10 +135,10 @@ def _heed(
     )
 
 
-def _why_lost(sheet: Sheet, column: ReadColumn, jump: Jump) -> str:
+def _why_lost(sheet: Sheet, column: ReadColumn, last: int, row: int, why: str) -> str:
     cells = sheet.columns[column.index]
-    shown = f'"{cells[jump.last].strip()}", then "{cells[jump.row].strip()}"'
-    return f"{_name(column)} alone leaves its course in line {int(sheet.lines[jump.row])} ({shown}) and comes back: {jump.why}"
+    shown = f'"{cells[last].strip()}", then "{cells[row].strip()}"'
+    return f"{_name(column)} alone leaves its course in line {int(sheet.lines[row])} ({shown}) and comes back: {why}"
 
 
 def _name(column: ReadColumn) -> str:

@@ -37,6 +37,8 @@ _LEAST_UNIT, _CALM_BESIDE, _NEAR_UNIT = 2.8, 0.1, 0.008
 _WIDE = 3.0
 # Rounding of a number whose mark has moved to the left may add up to this share.
 _ROUNDED = 0.1
+# A number of so few last digits, among those below such a share of the range, is about zero.
+_ABOUT_ZERO, _NEAR_ZERO = 2, 0.1
 # Larger shares of contradicted numbers are no single damage: the column is.
 _SHARE = 0.05
 _SHARE_SURE = 0.5
@@ -170,6 +172,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
         # One wrong number may hide another beside it.
         more = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
         more = _beyond_noise(more, values, rows, at)
+        more = {row: power for row, power in more.items() if not _is_about_zero(cells, values, row, decimal)}
         found |= more
         kept = ~np.isin(rows, list(more))
         if np.all(kept):
@@ -199,6 +202,17 @@ def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at:
         if abs(values[row] - beside) > _NOISES * noise:
             kept[row] = power
     return kept
+
+
+def _is_about_zero(cells: Sequence[str], values: FloatArray, row: int, decimal: str) -> bool:
+    """Whether a number is one or two of its last digit off zero, among numbers near zero that are written alike."""
+    beside = [i for i in range(max(row - 2, 0), min(row + 3, values.size)) if i != row and np.isfinite(values[i])]
+    if len({_decimals(cells[i], decimal) for i in (row, *beside)}) != 1:
+        return False
+    counts = cells[row].strip(f"{SIGNS} \t").replace(decimal, "")
+    near = max(abs(float(values[i])) for i in beside)
+    small = counts.isdecimal() and int(counts) <= _ABOUT_ZERO
+    return small and near < _NEAR_ZERO * float(np.nanmax(values) - np.nanmin(values))
 
 
 def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decimal: str) -> Doubts | None:

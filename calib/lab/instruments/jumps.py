@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.spikes import last_step, noise_of
 from models.sensor import BoolArray, FloatArray
@@ -30,8 +31,10 @@ _STILL = 0.25
 _SAMPLE, _SAME_NUMBER = 10_000, 1e-9
 # Readings on a side whose slope is taken, as few as show one.
 _FOR_SLOPE = (1, 2, 3, _NEAR)
-# Where a larger share of the steps jumps, that is what the record is like; fewer rows show nothing.
-_SHARE, _FEWEST = 0.1, 12
+# Where a larger share of the steps jumps, that is what the record is like; so many are looked at; fewer rows show nothing.
+_SHARE, _MOST, _FEWEST = 0.1, 200, 12
+# A step of a load is large that is such a share of its range and so many times the median step.
+_OF_RANGE, _MEDIANS = 0.05, 2.5
 # What a channel beside it may do: the same in its own steps, noises and digits.
 _SEEN_STEPS, _SEEN_NOISES, _SEEN_DIGITS = 3.0, 4.0, 1.5
 # A course moves if it is so many times as steep as its noise makes it, and would so change by such a share of its range.
@@ -271,13 +274,21 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             continue
         floor = max(_NOISES * course.noise, _DIGITS * course.digit)
         at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor, touch=quantity == "force")
-        if not at.size or at.size > max(2, _SHARE * course.y.size):
-            continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
-        seen = _shared(course, at, others) & ~_too_large(
-            quantity, course, at, {q: _resampled(values[q], course) for q in others}
-        )
+        beside = {q: _resampled(values[q], course) for q in others}
+        if quantity == "force":
+            at = np.union1d(at, _large(course, floor))
+        # Of a load those count that the ball does not make.
+        if not at.size or at.size > max(_MOST if quantity == "force" else 2, _SHARE * course.y.size):
+            continue
+        seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
+        for q, other in others.items():
+            seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
+        if quantity == "force" and "displacement" in others:
+            seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
         alone, rest = at[~seen], at
+        if alone.size > max(2, _SHARE * course.y.size):
+            continue
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
         for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
@@ -291,6 +302,12 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if jumps:
             found[quantity] = jumps
     return found
+
+
+def _large(course: _Course, floor: float) -> IntArray:
+    """Places of the steps of a load that are large by themselves, among others as large, as of a ball that is cranked."""
+    least = max(floor, _OF_RANGE * course.span, _MEDIANS * float(np.median(np.abs(course.steps))))
+    return np.flatnonzero(np.abs(course.steps) > least)
 
 
 def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share: float = _SEEN_STEPS) -> BoolArray:
@@ -315,7 +332,7 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
     found = np.zeros(at.size, dtype=bool)
     if quantity in CAPACITANCES and "force" in others:
         # A capacitance that jumps by more than all that the press makes of it would need a load that does.
-        rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
+        rest = _of_press(course, at, steps)
         shown = _near_off(others["force"], at)
         found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
     elif quantity == "force":
@@ -325,6 +342,11 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
         for q in set(CAPACITANCES) & set(others) if np.any(whole) else ():
             found |= whole & (_near_off(others[q], at) < _OF_ONE * others[q].span)
     return found
+
+
+def _of_press(course: _Course, at: IntArray, steps: FloatArray | float) -> FloatArray:
+    """What a press makes of a channel: its range between jumps, and not less than a tenth of these."""
+    return np.maximum(max(float(np.ptp(part)) for part in np.split(course.y, at + 1)), np.abs(steps) / 10)
 
 
 def _near_off(course: _Course, at: IntArray) -> FloatArray:
@@ -368,6 +390,9 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     # It was set to zero within the step, in which the load went on.
     near_zero = _TO_ZERO * abs(jump) + 3 * course.noise + (_A_STEP * abs(behind) if does else 0.0)
     zero = abs(after) <= near_zero and abs(before) > 0.5 * abs(jump)
+    ball = others.get("displacement")
+    if ball is not None and _set_to_zero(course, at, ball.y, ball.noise)[np.searchsorted(at, i)]:
+        return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     witness = _witness(others, "displacement")
     if witness is None:
         if does != "on" or pause or not whole:
@@ -386,6 +411,14 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     scaled = does == "other" and _is_scaled(course, i, at) and witness.moves(i, _NONE) == "on"
     return (OPEN, f"another range of the load cell, or {_SLIP}") if scaled else (OPEN, _SLIP) if does == "rests" else None
+
+
+def _set_to_zero(course: _Course, at: IntArray, ball: FloatArray, ball_noise: float) -> BoolArray:
+    """Which steps of a load end at zero and are none of the ball, over whose place it is as steep behind them as before."""
+    before, after = np.abs(course.y[at]), np.abs(course.y[at + 1])
+    jump = np.abs(course.y[at + 1] - course.y[at])
+    zero = (after <= _TO_ZERO * jump + 3 * course.noise) & (before > 0.5 * jump)
+    return zero & held_beside(course.y, ball, at, course.noise, ball_noise).goes_on if np.any(zero) else zero
 
 
 def _is_scaled(course: _Course, i: int, at: IntArray) -> bool:
@@ -436,7 +469,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
     jump, does = abs(float(course.y[i + 1] - course.y[i])), course.moves(i, at)
     doubt = f"something that no other column shows, or {_METER}"
     force, ball = others.get("force"), others.get("displacement")
-    rest = max(course.span - jump, jump / 10)
+    rest = float(_of_press(course, at, jump))
     if force is not None and _is_seen(force):
         expected = jump / rest * force.span
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)

@@ -13,6 +13,7 @@ from calib.errors import Fault
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.spikes import noise_of
 from calib.lab.instruments.unit_choice import is_confirmed
 from calib.lab.instruments.units import IN_PLACE_OF, unit_ratios
 from models.sensor import FloatArray
@@ -41,6 +42,8 @@ _MANY, _TURN_OF_MANY, _CALM_IF_MANY = 50.0, 0.45, 0.4
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
 # A force that falls misses the ratio of two units by more than this share if it was not switched.
 _EXACT = 0.01
+# Readings of less than this share of the range are near zero, and at rest within so many noises and last digits of it.
+_NEAR_ZERO, _REST_NOISES, _REST_DIGITS = 0.1, 3.0, 2.5
 # Readings are too coarse to tell a level by from this share of them on that their last digit counts.
 _COARSE = 0.05
 # A step counts as scaled if it misses that by less than this factor, at most, or the root of the factor.
@@ -123,6 +126,7 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
     rows = np.flatnonzero(np.isfinite(values) & (values != 0))
     y = values[rows] / unit
     jumps = _jumps(y, _CALM_IF_MANY if quantity == "force" else _CALM)
+    span = float(np.ptp(y)) if y.size else 0.0
     found = []
     for place, j in enumerate(jumps.tolist()):
         first = int(jumps[place - 1]) + 1 if place else 0
@@ -138,9 +142,20 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
         sides = y[max(0, j + 1 - _SIDE) : j + 1], y[j + 1 : j + 1 + _SIDE]
         ordinary = min(max(_usual(np.diff(side)), digit) for side, digit in zip(sides, (digits, digits_after), strict=True))
         switch = _switch(quantity, before, after, digits, digits_after)
-        if switch is not None and abs(float(y[j + 1] - y[j])) > _STANDS_OUT * ordinary:
+        if switch is None or _is_about_zero(sides, (digits, digits_after), span):
+            continue
+        if abs(float(y[j + 1] - y[j])) > _STANDS_OUT * ordinary:
             found.append(_Switch(int(rows[j + 1]), int(rows[j]), *switch))
     return found
+
+
+def _is_about_zero(sides: tuple[FloatArray, FloatArray], digits: tuple[float, float], span: float) -> bool:
+    """Whether readings on both sides of a jump are near zero, and the smaller within noise and last digits of it: at rest."""
+    ends = abs(float(sides[0][-1])), abs(float(sides[1][0]))
+    small = int(np.argmin(ends))
+    side = (sides[0][::-1], sides[1])[small][:_NEAR]
+    noise = noise_of(side) if side.size >= _FEWEST else 0.0
+    return max(ends) < _NEAR_ZERO * span and ends[small] < max(_REST_NOISES * noise, _REST_DIGITS * digits[small])
 
 
 def _jumps(y: FloatArray, calm_if_many: float) -> IntArray:

@@ -54,6 +54,9 @@ _MATTERS, _BOTH_SIDES, _BEFORE_A_TURN = 0.005, 3, 2
 _MORE_THAN_A_TOUCH = 0.05
 # A channel keeps to its course within so many scatters of those beside it, of all, or last digits; so few tell a course.
 _KEEPS, _FEWEST_BESIDE = 3.0, 6
+# Another channel tells where a reading is if it moves by so many noises, within so many of both, and such a share of how far
+# the reading is off.
+_MOVED, _GOES_WITH, _SHARP = 6.0, 3.0, 0.7
 # A step so many times as large as the others near it is a jump.
 _A_JUMP = 4.0
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
@@ -94,7 +97,8 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             others = [_beside_it(channels[quantity], y) for q, y in channels.items() if q != quantity]
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
             left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
-            rows |= _off_cubic(left, others, turns)
+            off = _off_cubic(left, others, turns)
+            rows |= {r: v for r, v in off.items() if not any(_goes_with(channels[quantity], o, r, v) for o in others)}
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -309,6 +313,29 @@ def _keeps(values: FloatArray, row: int, turns: IntArray) -> bool:
     if _expected(rows, y, k, max(_CUBIC_NOISES * noise, _CUBIC_DIGITS * digit), turns) is not None:
         return False  # both show it, so that something has happened
     return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise, digit) * spread
+
+
+def _goes_with(values: FloatArray, other: FloatArray, row: int, near: float) -> bool:
+    """Whether a reading is where another channel lets it be expected, as at a touch, or where a hand cranks unevenly.
+
+    It is expected on the line over the other channel through the readings beside it, or through two on a side.
+    """
+    rows = np.flatnonzero(np.isfinite(values) & np.isfinite(other))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or rows.size <= 3 * _BESIDE or not 1 < k < rows.size - 2:
+        return False
+    y, w = values[rows], other[rows]
+    off, noise, other_noise = abs(float(y[k]) - near), max(noise_of(y, 4), _digit(y)), max(noise_of(w, 4), _digit(w))
+    for a, b in ((k - 1, k + 1), (k - 2, k - 1), (k + 1, k + 2)):
+        moved = float(w[b] - w[a])
+        if abs(moved) <= _MOVED * other_noise:
+            continue
+        slope = float(y[b] - y[a]) / moved
+        beyond = 1.0 + abs(float(w[k] - w[a]) / moved)
+        room = beyond * noise + abs(slope) * other_noise
+        if abs(float(y[k] - y[a]) - slope * float(w[k] - w[a])) <= _GOES_WITH * room <= _SHARP * off:
+            return True
+    return False
 
 
 def _jumps_beside(y: FloatArray, k: int) -> bool:
