@@ -23,6 +23,8 @@ _NOISES, _SHARE, _STEPS = 8.0, 0.015, 2.0
 _BESIDE, _FEWEST = 3, 24
 # Rows of a run: at least, and at most as a share of the record, or so many.
 _LEAST, _MOST, _MOST_ROWS = 2, 0.2, 40
+# Equal readings in so many times as many rows as usual are one of a slow meter, of which so many tell nothing.
+_REPEATS, _FEW_READINGS = 1.5, 2
 # Where more steps are as large, or ends of one run come into question, nothing is told; how often is looked once more.
 _MOST_STEPS, _MOST_ENDS, _PASSES = 2000, 30, 12
 # Readings that show the last digit.
@@ -175,7 +177,12 @@ def _of_channel(quantity: str, channels: Mapping[str, _Channel]) -> list[Astray]
     if not others or len(others) < len(beside):
         return []
     found, behind = [], 0
+    # A slow meter's reading stands in as many rows as its others.
+    usual = _REPEATS * float(np.median(np.diff(np.flatnonzero(np.append(np.diff(own.y, prepend=np.nan) != 0, True)))))
     for first, last, floor in _candidates(own, others):
+        few = 1 + np.count_nonzero(np.diff(own.y[first : last + 1]))
+        if usual > _FEW_READINGS and few <= _FEW_READINGS and last + 1 - first <= usual * few:
+            continue
         if first >= behind and _contradicts(quantity, own, first, last, floor, others):
             rows = tuple(own.rows[first : last + 1].tolist())
             found.append(Astray(quantity, rows, (float(own.y[first - 1]), float(own.y[last + 1]))))

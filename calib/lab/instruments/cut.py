@@ -30,7 +30,7 @@ from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.side_clocks import of_one_clock
-from calib.lab.instruments.stated import stated_factors
+from calib.lab.instruments.stated import said_units, stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import begins_at, below_header
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
@@ -126,6 +126,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         notes=(*above, *decided.values(), *whole.notes),
         unread=(*unread, *below.unread, *whole.unread),
         declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
+        said_units=_units_beside(text, header, int(whole.lines[-1])),
     )
 
 
@@ -152,6 +153,13 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
     first = max(header - _WORDS_BESIDE, 0)
     below = stated_factors(text.lines[last : last + _WORDS_BESIDE], last + 1)
     return {**below, **stated_factors(text.lines[first:header], first + 1)}
+
+
+def _units_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple[str, str, int]]:
+    """The units that sentences above a header and below the last row say."""
+    first = max(header - _WORDS_BESIDE, 0)
+    below = said_units(text.lines[last : last + _WORDS_BESIDE], last + 1)
+    return {**below, **said_units(text.lines[first:header], first + 1)}
 
 
 def _check_torn_decimals(sheet: Sheet) -> None:

@@ -36,6 +36,7 @@ class Sheet:
     notes : what was left out while cutting.
     set_aside : column -> why it is not read although the file may name it, as of another specimen.
     reasons : row from 0 -> why its cells cannot be trusted.
+    said_units : quantity -> (unit, words, 1-based line) that a sentence beside the table says of its readings.
     declared_factors : quantity, "" for none in particular -> (words, 1-based line) that state a factor of its readings.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
     """
@@ -57,6 +58,7 @@ class Sheet:
     reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
     declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    said_units: Mapping[str, tuple[str, str, int]] = field(default_factory=dict)
 
     @property
     def prelude(self) -> tuple[str, ...]:

@@ -70,7 +70,19 @@ _LONGEST = 120
 
 # "force now in mN", "Load: kN", "all values in gf", "switched to kN", "units: mN".
 _IN_UNIT = re.compile(
-    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[]?(?P<unit>[^\s()\[\],;.\d]{1,12})[)\]]?[\s.,;!\"]*",
+    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[]?(?P<unit>[^\s()\[\],;.!?\d]{1,12})[)\]]?[\s.,;!?\"]*",
+    re.I,
+)
+# The same within a sentence, of readings and not of a limit or a speed: "force column is in mN (header wrong)".
+_WITHIN = re.compile(
+    r"(?:\b(?:in|to|into|as|en|auf|nach|now)\s+|\b(?:are|is|ist|sind|est|es|è|são)\s+(?!in\b|en\b|now\b)|[:=>→是为為]\s*)[(\[]?"
+    r"(?P<unit>[^\s()\[\],;.!?:：，。！\d]{1,12})(?![\w/*^])",
+    re.I,
+)
+_JOINED_NAMES = {"力": "force", "荷": "force", "位移": "displacement", "変位": "displacement", "容": "capacitance"}
+_NO_READING = re.compile(
+    r"\bmax|\bmin(?:im|\b)|peak|mean|averag|limit|thresh|pre-?load|capacity|rate|speed|resol|accura|step|nominal|full|trigger|"
+    r"grenz|vorkraft|geschwind|nenn|stress|strain|gauge|control|setpoint|target|cell\b|calib|kalib|toler|noise|error",
     re.I,
 )
 _UNITS = re.compile(
@@ -223,6 +235,29 @@ def stated_units(line: str) -> Iterator[tuple[str, str]]:
         quantity = next((q for q in _QUANTITIES if is_unit_of(unit, q)), None)
     if quantity is not None and is_unit_of(unit, quantity) and unit not in ("-", "#", "x"):
         yield quantity, unit
+
+
+def said_units(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[str, str, int]]:
+    """Find the units that sentences beside a table say of its readings: quantity -> the unit, the words, and their line.
+
+    Parameters
+    ----------
+    lines : as written.
+    first : 1-based line of the first of them.
+
+    >>> dict(said_units(["Achtung: Kraft in mN, nicht N", "Load limit in kN", "notes: displacement at 5 mm/min"]))
+    {'force': ('mN', 'Achtung: Kraft in mN, nicht N', 1)}
+    """
+    found: dict[str, tuple[str, str, int]] = {}
+    for number, line in enumerate(lines, first):
+        if len(line) > _LONGEST or any(c.isdigit() for c in line) or _NO_READING.search(line):
+            continue
+        for match in _WITHIN.finditer(line):
+            before = line[: match.start()]
+            quantity = quantity_of(before) or next((q for name, q in _JOINED_NAMES.items() if name in before), None)
+            if quantity in _QUANTITIES[:3] and is_unit_of(match["unit"], quantity) and match["unit"] not in _WORDS:
+                found.setdefault(quantity, (match["unit"], line.strip(' \t,;"')[:60], number))
+    return MappingProxyType(found)
 
 
 def speaks_of_scale(text: str) -> bool:

@@ -102,6 +102,14 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
             f"Correct one of the two, or say which is right: {listed}",
         )
+    words_beside = sheet.said_units.get(shown)
+    if words_beside is not None and is_unit_of(words_beside[0], quantity):
+        other, words, line = words_beside
+        if lab_factor(other, quantity) != factors[0]:
+            return fault(
+                f'column "{name}" has the unit "{said[0]}", and line {line} says {other}: "{words}"',
+                f"Say which is right: --units {shown}={said[0]}, or --units {shown}={other}",
+            )
     return None, factors[0]
 
 

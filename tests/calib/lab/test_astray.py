@@ -141,3 +141,30 @@ def test_rows_whose_cells_changed_places_are_left_out(tmp_path: Path, length: in
         table = _read(tmp_path, columns | {pair[0]: one, pair[1]: other})
         assert [r for r, why in enumerate(table.reasons) if why] == rows.tolist()
         assert "changed places" in table.reasons[rows[0]]
+
+
+@pytest.mark.parametrize(
+    ("every", "quantity"),
+    [(2, "capacitance"), (3, "capacitance"), (4, "capacitance"), (8, "capacitance"), (20, "capacitance"), (8, "force")],
+)
+def test_a_channel_that_repeats_its_readings_is_told(tmp_path: Path, every: int, quantity: str) -> None:
+    columns = _press("smooth", 4)
+    rows = np.arange(columns["time"].size)
+    table = _read(tmp_path, columns | {quantity: columns[quantity][rows // every * every]})
+    assert not any(table.reasons)
+    assert any(f'"{HEADS[quantity]}" is read anew in about every {every}. row' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_coarse_channel_and_one_at_rest_are_not_told_as_repeated(tmp_path: Path, drive: str) -> None:
+    said = Reading(sign=dict.fromkeys(("force", "displacement"), "compression positive"))
+    for seed in range(8):
+        for digits in (1, 2, 3):
+            columns = {q: v if q == "time" else np.round(v, digits) for q, v in _press(drive, seed).items()}
+            path = tmp_path / f"{seed}_{digits}"
+            path.mkdir()
+            try:
+                notes = _read(path, columns, said).notes
+            except InputError:
+                continue
+            assert not any("read anew" in note for note in notes)
