@@ -11,10 +11,11 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
+from calib.lab.instruments.astray import rows_astray
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
-from calib.lab.instruments.exchanged import exchanged
+from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
@@ -222,6 +223,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         faults += implausible(sheet, values, places, reading)
     if not faults:
         good = np.array([not why for why in reasons])
+        for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
+            _append(reasons, r, why)
+            good[r] = False
         for quantity, rows in alone({q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}).items():
             column = next(c for c in columns if c.quantity == quantity)
             unit = unit_in_words(sheet, column.index, column.heading, reading)
@@ -235,7 +239,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         raise InputError(_with_a_way_out(faults, choice.chosen))
     good = np.array([not why for why in reasons])
     usable = {q: np.where(good, v, np.nan) for q, v in values.items()}
-    faults = [*exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
+    contradicting, faults = rows_astray(sheet, columns, usable, reading)
+    if contradicting and another_zero(sheet, columns, usable, reading).faults:
+        contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
+    for quantity, lost in contradicting.items():
+        usable[quantity][list(lost)] = np.nan
+    faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
     still = stalled(sheet, columns, usable, reading)
     if faults or still.faults:
         raise InputError(faults or still.faults)
@@ -248,7 +257,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if faults:
         raise InputError(_with_a_way_out(faults, choice.chosen))
     notes += [*still.notes, *zeros.notes]
-    for left_out in (still.lost, zeros.lost):
+    for left_out in (contradicting, still.lost, zeros.lost):
         for quantity, lost in left_out.items():
             for r, why in lost.items():
                 _append(reasons, r, why)

@@ -13,6 +13,8 @@ from models.sensor import BoolArray, FloatArray
 
 # Share of the cells that have as many decimals as the column, and as many at least.
 _USUAL, _LEAST = 0.9, 2
+# Of so many cells some end in a zero, if zeros at the end are written.
+_TELLS_ZEROS = 40
 # Cells with fewer that are looked at, and others on either side that tell.
 _MOST, _NEAR = 5000, 3
 # A cut cell is off the line between the others by so many times what these scatter about theirs, and last digits.
@@ -56,6 +58,8 @@ def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[in
     few = [r for r in rows.tolist() if cells[r] in fewer] if fewer else []
     if not few or len(few) > max(1, (1 - _USUAL) * len(cells)):
         return {}
+    if len(cells) > _TELLS_ZEROS and not any(_decimals(c, decimal) == own and _digits(c).endswith("0") for c in cells):
+        return {}  # zeros at the end are not written at all, as by a spreadsheet program
     fine = np.isfinite(values)
     fine[few] = False
     beside = np.flatnonzero(fine)
@@ -147,6 +151,10 @@ def _power(exponent: int) -> float:
 
 def _decimals(cell: str, decimal: str) -> int:
     return len(cell.strip().partition(decimal)[2].lower().partition("e")[0])
+
+
+def _digits(cell: str) -> str:
+    return cell.strip().lower().partition("e")[0]
 
 
 def _exponent(cell: str) -> int:

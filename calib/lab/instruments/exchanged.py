@@ -1,15 +1,16 @@
-"""From the columns of a record to the row from which on two of them have changed places."""
+"""From the columns of a record to the rows in which, or from which on, two of them have changed places."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from calib.errors import Fault
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.spikes import last_step, noise_of
 from models.sensor import FloatArray
 
 # Quantities of which each reading is near to those beside it.
@@ -18,6 +19,32 @@ _JUDGED = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _JUMP, _ACROSS = 3.0, 1.5
 # Readings on either side whose steps are looked at.
 _NEAR = 4
+# Readings that show the last digit.
+_SAMPLE = 20_000
+# Rows in succession that changed places and were put back, and by how many noises and last digits they show it.
+_MOST_ROWS, _NOISES, _DIGITS = 40, 8.0, 4.0
+
+
+def exchanged_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray]) -> dict[int, str]:
+    """Find rows whose cells of two columns have changed places: each goes on, before and behind, in the other column.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : those that are read.
+    values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
+
+    Returns
+    -------
+    Row from 0 -> why it is not usable.
+    """
+    found: dict[int, str] = {}
+    for one, other in combinations(_written(columns, values).items(), 2):
+        for row in _rows_of(one[1], other[1]):
+            names = " and ".join(f'"{sheet.names[c.index]}"' for c in (one[0], other[0]))
+            cells = " and ".join(f'"{sheet.columns[c.index][row].strip()[:40]}"' for c in (one[0], other[0]))
+            found.setdefault(row, f"the cells of {names} have changed places ({cells}): each goes on in the other")
+    return found
 
 
 def exchanged(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray]) -> list[Fault]:
@@ -29,9 +56,7 @@ def exchanged(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, 
     columns : those that are read.
     values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
     """
-    written = {
-        c: values[c.quantity] / c.factor for c in columns if c.quantity in _JUDGED and c.quantity in values and not c.clock
-    }
+    written = _written(columns, values)
     faults = []
     for one, other in combinations(written, 2):
         row = _row_of(written[one], written[other])
@@ -42,6 +67,33 @@ def exchanged(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, 
             advice = "Put the cells of these rows into their columns again, or save the rows below in a file of their own"
             faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), one.index + 1, advice=advice))
     return faults
+
+
+def _written(columns: Sequence[ReadColumn], values: Mapping[str, FloatArray]) -> dict[ReadColumn, FloatArray]:
+    """The readings of columns as numbers in their own units."""
+    return {c: values[c.quantity] / c.factor for c in columns if c.quantity in _JUDGED and c.quantity in values and not c.clock}
+
+
+def _rows_of(a: FloatArray, b: FloatArray) -> list[int]:
+    """The rows in which two columns hold each other's readings, between others in which they do not."""
+    rows = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
+    if rows.size < 4 * _NEAR:
+        return []
+    both = np.stack([a[rows], b[rows]])
+    steps, across = np.abs(np.diff(both)), np.abs(both[::-1, 1:] - both[:, :-1])
+    floor = np.array([max(_NOISES * noise_of(y), _DIGITS * last_step(np.unique(y[:_SAMPLE]))) for y in both])
+    at = np.flatnonzero(np.all((across * _JUMP < steps) & (steps > floor[:, None]), axis=0))
+    found: list[int] = []
+    for i, j in pairwise(at[: 2 * _MOST_ROWS].tolist()):
+        low, high = max(i - _NEAR + 1, 0), j + _NEAR + 1
+        if j - i > _MOST_ROWS or (found and int(rows[i]) <= found[-1]):
+            continue
+        mended = both.copy()[:, low:high]
+        mended[:, i + 1 - low : j + 1 - low] = mended[::-1, i + 1 - low : j + 1 - low]
+        own = np.max(np.abs(np.diff(mended)), axis=1)
+        if np.all(np.minimum(steps[:, i], steps[:, j]) > _JUMP * own):
+            found += rows[i + 1 : j + 1].tolist()
+    return found
 
 
 def _row_of(a: FloatArray, b: FloatArray) -> int | None:

@@ -98,7 +98,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
             left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
             off = _off_cubic(left, others, turns)
-            rows |= {r: v for r, v in off.items() if not any(_goes_with(channels[quantity], o, r, v) for o in others)}
+            rows |= {r: v for r, v in off.items() if not any(_goes_with(channels[quantity], o.values, r, v) for o in others)}
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows

@@ -33,6 +33,8 @@ _GOES_ON = 0.4
 _SAME, _AT_REST = 1e-9, 0.03
 # The ball goes back by such a share of its travel behind the largest reading.
 _BACK = 0.3
+# A channel that is read anew less often: so many times at least, by more than so many last digits, mostly, at equal distances.
+_HELD, _MORE, _MOSTLY_LARGE, _ALL_BUT = 8, 1.5, 0.3, 0.9
 # Rows that are filled with one number: such a share of all at least, with so many others between them at equal distances.
 _FILLED, _OTHERS = 0.45, 6
 
@@ -82,9 +84,35 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
             told.faults.append(_of_peak(sheet, column, int(rows[-1])))
             continue
         others = {q: v for q, v in values.items() if q in _JUDGED and _name(q) != _name(column.quantity)}
+        held = _held(y, rows, others)
+        if held:
+            told.notes.append(
+                f'column "{sheet.names[column.index]}" is read anew in about every {held}. row, and stands in those between '
+                "while the other channels go on: a slower instrument, of which only the first row of each reading counts"
+            )
         for first, last, kind in _runs(rows, y, others):
             _tell(sheet, column, first, last, kind, told)
     return told
+
+
+def _held(y: FloatArray, rows: IntArray, others: Mapping[str, FloatArray]) -> int:
+    """In every how many rows a channel is read anew that repeats its readings between while others move; 0 if it does not."""
+    v = y[rows]
+    change = np.flatnonzero(np.diff(v) != 0)
+    if change.size < _HELD or 2 * change.size > v.size:
+        return 0
+    # Steps of more than the last digit, each behind another: what a coarse display shows goes by one.
+    large = np.abs(v[change + 1] - v[change]) > _MORE * last_step(v)
+    apart = np.diff(change)[large[1:] & large[:-1]]
+    if apart.size < _HELD or apart.size < _MOSTLY_LARGE * change.size:
+        return 0
+    every = int(np.median(apart))
+    if every < 2 or np.mean(np.abs(apart - every) <= max(every // 4, every > 2)) < _ALL_BUT:
+        return 0
+    anew = np.isin(np.arange(v.size - 1), change)
+    moves = [np.abs(np.diff(other[rows])) for other in others.values() if np.all(np.isfinite(other[rows]))]
+    goes_on = any(0 < _GOES_ON * float(np.mean(m[anew])) < float(np.mean(m[~anew])) for m in moves)
+    return every if goes_on else 0
 
 
 def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, told: Stalled) -> None:

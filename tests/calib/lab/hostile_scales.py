@@ -116,7 +116,7 @@ def _real_jumps() -> Iterator[Case]:
     snap = snap + np.clip(np.arange(n) - 25, 0, None) ** 1.5 * 3e-3
     yield _happened("snap_in", (t, 0.1 * t, np.asarray(snap + noise / 2, float)), decimals=(2, 3, 4))
     slip = np.array(P.f, float)
-    slip[60:72] *= 0.3
+    slip[60:] *= 1 - 0.7 * np.exp(-np.arange(slip.size - 60) / 8)
     yield _happened("slip_to_a_third", (t, np.array(P.d, float), slip))
     dwell = np.array(P.f, float)
     dwell[:10] = 0.5 * dwell[40]

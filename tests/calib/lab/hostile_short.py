@@ -54,12 +54,12 @@ def _overflows() -> Iterator[Case]:
             for name, span in (("signed", 2 * limit), ("unsigned", limit)):
                 wrapped = np.where(f > limit, f - span, f)
                 over = np.flatnonzero(wrapped != f)
-                # What is beyond the limit in a few rows only stands alone and is left out; from zero on it may be a tare.
+                # What is beyond the limit in a few rows contradicts the others and is left out; from zero on it may be a tare.
                 short = over.size <= 3
                 may: Literal["must_read", "must_refuse", "may_refuse"] = "must_read" if short else "may_refuse"
-                lost = range(int(over[0]), int(over[-1]) + 1) if short else range(0)
+                lost = range(int(over[0]), int(over[-1]) + 1)
                 for which in ((0, 1, 2, 3), (0, 1, 2)):
-                    told = () if short else ("jump|jumps",)
+                    told = () if short else ("jump|jumps|contradicts",)
                     word = f"overflow_{name}_{rows}_{before}_{len(which)}"
                     yield _case(word, "an overflow at the turn", (t, x, wrapped, c), may, which=which, told=told, lost=lost)
         for behind in (1, 2, 3):
