@@ -360,6 +360,18 @@ def test_every_page_fits_a_phone_is_seen_at_once_and_can_be_used_by_everybody(pa
         assert serious(page) == [], path
 
 
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("name", ["report.html", "certificate.html"])
+def test_what_is_handed_on_can_be_read_by_everybody(page: Page, served: Served, name: str, width: int) -> None:
+    tab = page.context.new_page()
+    tab.set_viewport_size({"width": width, "height": 844})
+    tab.goto((served.folder / "run1" / name).as_uri())
+    tab.evaluate("() => document.querySelectorAll('details').forEach(folded => { folded.open = true; })")
+    assert serious(tab) == []
+    assert as_wide_as_the_screen(tab)
+    tab.close()
+
+
 def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Served) -> None:
     page.set_viewport_size({"width": 1280, "height": 900})
     page.goto(served.page("/experiment"))
