@@ -127,7 +127,7 @@ async def run(request: Request) -> Response:
         command=job.command if job is not None and (job.alive or not state.command) else state.command,
         budget=BUDGET,
         resuming=typed(await working(resuming, space, {"name": name, "budget": BUDGET})) if state.condition != "none" else "",
-        refused=job if job is not None and job.refused and not alive else None,
+        refused=job if job is not None and job.refused and state.condition == "finished" and not alive else None,
     )
 
 

@@ -326,7 +326,7 @@ def test_tables_for_a_gripper_are_made_and_taken_along_by_keyboard_alone(page: P
     tab_to(page, page.get_by_role("button", name="Make the tables"))
     key.press("Enter")
     page.get_by_role("heading", name="run1-gripper1").wait_for()
-    assert page.get_by_role("cell", name="2.5 mm").count() == 1
+    assert page.get_by_role("cell", name="2.50 mm").count() == 1
     assert serious(page) == []
     with page.expect_download() as download:
         page.get_by_role("link", name="run1-gripper1.zip").press("Enter")
