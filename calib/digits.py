@@ -84,6 +84,28 @@ def interval_text(lo: float, hi: float) -> str:
     return f"{lo:.{places}f} to {hi:.{places}f}"
 
 
+def two_digits(value: float) -> str:
+    """Write a standard deviation, or a share that is known no better: two significant digits.
+
+    Parameters
+    ----------
+    value : in whatever unit it is shown in, not negative.
+
+    Returns
+    -------
+    str
+        Without the unit; "not known" if it is not finite.
+
+    Examples
+    --------
+    >>> two_digits(1.0689), two_digits(0.7731), two_digits(0.1), two_digits(23.4), two_digits(0.0)
+    ('1.1', '0.77', '0.10', '23', '0')
+    """
+    if not math.isfinite(value):
+        return NOT_KNOWN
+    return f"{value:.{places_of(float(f'{value:.1e}'))}f}" if value > 0 else "0"
+
+
 def range_text(lo: float, hi: float) -> str:
     """Write between what something holds, which is no interval of anything uncertain: to the same place, a hundredth of it.
 

@@ -12,6 +12,7 @@ from calib.checks import Verdict
 from calib.decision.release import Decided
 from calib.decision.target import Asked
 from calib.decision.words import percent
+from calib.digits import two_digits, with_uncertainty
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, experiment_toml
 from calib.records import exact_record_from_text, record_to_text
@@ -173,8 +174,8 @@ class NextMeasurements:
     else_beyond: bool = False
 
     def relative(self, sd: float) -> str:
-        """A standard deviation as people read it: in per cent of the mean."""
-        return f"{100 * sd / abs(self.mean):.3g} %"
+        """A standard deviation as people read it: in per cent of the mean, with the digits that it deserves."""
+        return f"{two_digits(100 * sd / abs(self.mean))} %"
 
     def brings(self, one: Measurement) -> str:
         """What a measurement would bring, in words."""
@@ -183,7 +184,12 @@ class NextMeasurements:
         if self.deciding is not None and one.decided is not None:
             return f"{wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}"
         name = "modulus" if self.asked == "modulus" else "signal"
-        return f"{name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}"
+        then, now = self.relative(one.sd), self.relative(self.sd)
+        return (
+            f"{name} ±{then} instead of ±{now}"
+            if then != now
+            else f"{name} ±{now}, narrower by {100 * one.reduction:.1g} % of it"
+        )
 
     def confirms(self, one: Measurement) -> bool:
         """Whether the advice would go beyond the data in nothing with it: the gate extrapolation of its verdict green."""
@@ -238,8 +244,9 @@ class NextMeasurements:
         """What to measure next, in a few sentences."""
         if self.deciding is not None:
             return f"{self._warning}{self._decision_in_words(self.deciding)}{self._confirming_in_words}".strip()
-        mean = f"{self.mean * 1e-6:.4g} MPa" if self.asked == "modulus" else f"{self.mean * 100:.3g} %"
-        text = f"{self.label[0].upper()}{self.label[1:]} is {mean} ± {self.relative(self.sd)}. "
+        scale, unit = (1e-6, "MPa") if self.asked == "modulus" else (100.0, "%")
+        known = f"{with_uncertainty(self.mean * scale, self.sd * scale)} {unit} (±{self.relative(self.sd)} of it)"
+        text = f"{self.label[0].upper()}{self.label[1:]} is {known}. "
         useful = [one for one in self.ranked if one.tells]
         if useful:
             text += f"Most for an hour in the lab: {self.in_lab_terms(useful[0])}. "
@@ -257,12 +264,10 @@ class NextMeasurements:
             left = math.sqrt(max(1 - (self.by_unknowns / self.sd) ** 2, 0.0))
             rest = self.relative(left * self.sd)
             text += f"Discrepancy, model error and differences between sensors, ±{rest}, are left by all. "
-            if math.isfinite(self.regret):
-                after = f", {100 * useful[0].regret:.2g} % after it" if useful else ""
-                text += (
-                    f"For not knowing the sensor better the padding is expected to lose {100 * self.regret:.2g} % of its signal"
-                    f"{after}. "
-                )
+            if math.isfinite(self.regret) and self.regret > 0:
+                after = f", {percent_of_few(useful[0].regret)} after it" if useful else ""
+                lost = f"{percent_of_few(self.regret)} of its signal{after}"
+                text += f"For not knowing the sensor better the padding is expected to lose {lost}. "
         return f"{self._warning}{text}{self._confirming_in_words}".strip()
 
     @property

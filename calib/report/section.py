@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from calib.checks import Member, Prediction, Verdict
+from calib.checks import Member, Prediction, Reason, Verdict
 from calib.decision import NextInShort, Recommendation
 from calib.report.pictures import Drawing, Picture, Plot
 from calib.sampling import Posterior
@@ -51,6 +51,18 @@ class Results:
         return self.verdict.colour == "red"
 
     @property
+    def against_advice(self) -> tuple[Reason, ...]:
+        """What speaks against the advice alone: what speaks against the calibration, and so against it, too, is said once."""
+        if self.recommendation is None or self.void:
+            return ()
+        return tuple(reason for reason in self.recommendation.verdict.reasons if reason not in self.verdict.reasons)
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        """All that speaks against the calibration, then what speaks against the advice alone."""
+        return (*self.verdict.reasons, *self.against_advice)
+
+    @property
     def stale(self) -> bool:
         """Whether the recommendation was made from other draws than these."""
         return self.recommendation is not None and self.recommendation.draws_sha256 != self.posterior.draws_sha256
@@ -74,6 +86,7 @@ class Section:
     link : its name in the list of contents; "" if it is not in there.
     template : the file in `calib/report/templates` that lays out what is below the heading.
     context : what that file asks for, by name.
+    paper : whether it is for paper alone, where the first sheet has no room for what a screen shows there.
     appendix : whether it is for who checks the statistics: folded away at the end of the page, open on paper.
     of_draws : whether it shows what the draws say: where the verdict is red that is no result, and the page says so.
     """
@@ -84,4 +97,5 @@ class Section:
     template: str
     context: Mapping[str, object]
     appendix: bool = False
+    paper: bool = False
     of_draws: bool = True

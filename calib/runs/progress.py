@@ -77,6 +77,7 @@ class RunState:
     steps : of each walker that are kept, so that they are not made again.
     last : what its calibration last told; None if it tells nothing any more.
     command : by which it was begun; "" where that is not known.
+    experiment : the file that it is of, where that is now; None if it is not there any more, or was never a file.
     """
 
     condition: Condition
@@ -84,6 +85,7 @@ class RunState:
     steps: int = 0
     last: LastProgress | None = None
     command: str = ""
+    experiment: Path | None = None
 
 
 def run_state(folder: Path | str) -> RunState:
@@ -95,15 +97,16 @@ def run_state(folder: Path | str) -> RunState:
     """
     folder = Path(folder)
     owner = owner_of(folder)
-    command, whole = "", False
+    command, whole, experiment = "", False, None
     with suppress(InputError):
         listing = read_listing(folder)
         if listing is not None:
             command, whole = listing.attrs.get("command", ""), not listing.unfinished
+            experiment = next((one.found(folder) for one in listing.inputs if one.what == "experiment"), None)
     begun = (folder / LISTING).exists() or (folder / CHECKPOINT).is_dir()
     finished = whole and (folder / POSTERIOR).is_file()
     condition: Condition = "running" if owner else "finished" if finished else "stopped" if begun else "none"
-    return RunState(condition, owner, BLOCK_STEPS * kept_blocks(folder / CHECKPOINT), _read(folder), command)
+    return RunState(condition, owner, BLOCK_STEPS * kept_blocks(folder / CHECKPOINT), _read(folder), command, experiment)
 
 
 def _read(folder: Path) -> LastProgress | None:

@@ -62,7 +62,8 @@ def app_of(space: Workspace, door: Door, keys: Keys | None = None) -> Starlette:
 
 
 async def _begin(request: Request) -> Response:
-    return page.elsewhere("/files")
+    space = page.space_of(request)
+    return page.elsewhere("/run", name=space.opened) if space.opened in space.runs() else page.elsewhere("/files")
 
 
 async def _static(request: Request) -> Response:

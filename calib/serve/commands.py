@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from calib.errors import in_shell, in_shell_path
+from calib.errors import Fault, InputError, in_shell, in_shell_path
 from calib.experiment import Said
 from calib.lab import SIGNED
+from calib.runs import run_state
+from calib.serve.workspace import Workspace
+
+#: Minutes that a calibration is offered.
+BUDGET = "10"
 
 
 def typed(words: Sequence[str]) -> str:
@@ -17,6 +23,61 @@ def typed(words: Sequence[str]) -> str:
     'calib recommend run1 --force "10 N"'
     """
     return " ".join(["calib", *map(in_shell, words)])
+
+
+def calibrating(space: Workspace, form: Mapping[str, str], experiment: str = "") -> list[str]:
+    """The words of the command that calibrates, as a form says.
+
+    Parameters
+    ----------
+    space : the folder.
+    form : its fields: `name` of the run, and where they are filled in `budget`, `seed` and `anyway`.
+    experiment : the file; that of the folder if none is given.
+
+    Raises
+    ------
+    InputError
+        If a field of it is no number.
+    """
+    words = ["calibrate", experiment or space.experiment.name, "-o", form["name"]]
+    faults = []
+    for key, least in (("budget", 0.0), ("seed", 0.0)):
+        text = form.get(key, "").strip()
+        if not text:
+            continue
+        try:
+            number = float(text) if key == "budget" else int(text)
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and number >= least and number < 1e6):
+            faults.append(Fault(f'{key} must be a number of zero or more, got "{text[:40]}"'))
+        else:
+            words += [f"--{key}", f"{number:g}" if key == "budget" else str(number)]
+    if faults:
+        raise InputError(faults)
+    return [*words, "--anyway"] if form.get("anyway") == "yes" else words
+
+
+def resuming(space: Workspace, form: Mapping[str, str]) -> list[str]:
+    """The words of the command that goes on with a run: of the experiment that it is of, as doubtful as it was begun.
+
+    Parameters
+    ----------
+    space : the folder.
+    form : its fields: `name` of the run, and `budget` where it is filled in.
+
+    Raises
+    ------
+    InputError
+        If there is no such run, or the budget is no number.
+    """
+    folder = space.run(form.get("name", ""))
+    state = run_state(folder)
+    own = None if state.experiment is None else state.experiment.resolve()
+    experiment = own.relative_to(space.folder).as_posix() if own is not None and own.is_relative_to(space.folder) else ""
+    anyway = "yes" if "--anyway" in state.command.split() else ""
+    asked = {"name": form.get("name", ""), "budget": form.get("budget", ""), "anyway": anyway}
+    return [*calibrating(space, asked, experiment), "--resume"]
 
 
 def reading_command(name: str, said: Said) -> str:

@@ -7,7 +7,6 @@ page knows whether it lives, whatever became of the first; numbers of processes 
 from __future__ import annotations
 
 import os
-import shlex
 import signal
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell
 from calib.files import write_text
 from calib.records import record_from_text, record_to_text
 from calib.serve.workspace import Workspace
@@ -29,6 +28,8 @@ if sys.platform != "win32":
 _STARTING = threading.Lock()
 # Characters of what a command has said that are shown.
 _SHOWN = 8000
+# Exit code of a command that was refused.
+_REFUSED = 2
 # Kind and format of what is kept of a job.
 _RECORD = "job", 1
 
@@ -59,7 +60,12 @@ class Job:
     @property
     def command(self) -> str:
         """The command as one types it."""
-        return shlex.join(self.words)
+        return " ".join(map(in_shell, self.words))
+
+    @property
+    def refused(self) -> bool:
+        """Whether it ended because something given to it cannot be used, and has written nothing."""
+        return not self.alive and (self.code == _REFUSED if self.code is not None else self.said.startswith("Error: "))
 
 
 _CHILDREN: dict[Path, subprocess.Popen[bytes]] = {}

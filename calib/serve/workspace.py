@@ -42,9 +42,16 @@ _NOT_IN_NAMES = re.compile(r'[<>:"|?*\\]')
 
 @dataclass(frozen=True)
 class Workspace:
-    """The folder that a page works on; absolute."""
+    """The folder that a page works on.
+
+    Attributes
+    ----------
+    folder : absolute.
+    opened : name of the run whose folder was given, with which the page begins; "" for none.
+    """
 
     folder: Path
+    opened: str = ""
 
     @property
     def experiment(self) -> Path:
@@ -332,7 +339,7 @@ def open_workspace(folder: Path | str) -> Workspace:
 
     Parameters
     ----------
-    folder : of the work; that of a run stands for the folder around it.
+    folder : of the work; that of a run stands for the folder around it, and the page begins with that run.
 
     Raises
     ------
@@ -344,12 +351,13 @@ def open_workspace(folder: Path | str) -> Workspace:
         raise InputError(Fault(f"its name {fault}", path, advice="Rename it, or the folder that it is in"))
     if path.exists() and not path.is_dir():
         raise InputError(Fault("this is a file, and a folder to work in is wanted", path, advice="Give a folder"))
+    opened = ""
     if (path / "run.json").is_file():
-        path = path.parent
+        path, opened = path.parent, path.name
     if not path.parent.is_dir():
         raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice="Create it first"))
     path.mkdir(exist_ok=True)
-    found = Workspace(path.resolve())
+    found = Workspace(path.resolve(), opened)
     found.page_folder.mkdir(mode=0o700, exist_ok=True)
     links = (
         found.page_folder,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from calib.catalogue import QUANTITIES
 from calib.digits import interval_text
@@ -47,8 +47,10 @@ def corner_figure(posterior: Posterior) -> Figure:
     shown = flat[:, columns] * np.array([r.display_scale for r in rows])
     n = len(columns)
     size = 1.25 * n + 0.85
-    # A matrix of panels is not shown smaller than 640 pixels; its letters are nine high there, however many panels it has.
-    letters = 72.0 * 9.0 / 640.0 * size
+    # A matrix of panels is not shown smaller than 640 pixels, or 96 mm on paper: its letters are 13 pixels high there, or 5.5
+    # points, however many panels it has.
+    letters = 72.0 * 13.0 / 640.0 * size
+    margin = 0.14
     fig = Figure(figsize=(size, size))
     if n == 0:
         return fig
@@ -71,13 +73,16 @@ def corner_figure(posterior: Posterior) -> Figure:
         max_n_ticks=3,
         hist_kwargs={"histtype": "stepfilled", "alpha": 0.35, "color": BLUE},
         label_kwargs={"fontsize": 1.1 * letters, **FORMULA},
-        labelpad=0.1,
+        labelpad=0.28,
     )
-    fig.subplots_adjust(left=0.8 / size, bottom=0.8 / size, right=1 - 0.05 / size, top=1 - 0.05 / size)
+    fig.subplots_adjust(left=margin, bottom=margin, right=1 - 0.05 / size, top=1 - 0.05 / size)
     for ax in fig.axes:
         ax.grid(False)
         for axis in (ax.xaxis, ax.yaxis) if ax.get_frame_on() else ():
-            axis.set_major_locator(MaxNLocator(3, prune="both"))
+            low, high = sorted(axis.get_view_interval())
+            ticks = MaxNLocator(3).tick_values(low, high)
+            # Those at the ends would run into those of the next panel.
+            axis.set_major_locator(FixedLocator([t for t in ticks if 0.11 < (t - low) / (high - low) < 0.89]))
         ax.tick_params(labelsize=letters)
     return fig
 

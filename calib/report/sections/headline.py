@@ -9,6 +9,7 @@ from calib.checks import LEARNED, TARE, Colour, passed_gates, tare_from_text
 from calib.decision import largest_force, percent, void_in_words
 from calib.enumeration import first_of
 from calib.experiment import model_in_words
+from calib.report.first_sheet import MOST_SPECIMENS, crowded, in_lines
 from calib.report.put_in import put_in_conditions
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, few_specimens_in_words, parameter_rows
 from calib.report.section import Results, Section
@@ -16,9 +17,6 @@ from calib.report.status import status_in_words
 from calib.sampling import Posterior
 
 ORDER = 10
-
-# Specimens that the first sheet has room for; of more it says how many.
-_MOST_SPECIMENS = 8
 
 # With so few reasons the first sheet of paper has room for a larger picture.
 _FEW = 2
@@ -36,8 +34,7 @@ def section(results: Results) -> Section:
     """Show what came out, at the head of the report."""
     posterior, verdict, recommendation = results.posterior, results.verdict, results.recommendation
     conformity = None if recommendation is None else recommendation.conformity
-    # What speaks against the calibration speaks against what follows from it, too, and is said once.
-    more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
+    more = results.against_advice
     of_lots = posterior.experiment.pooling == "partial"  # of which what is of specimens stands in the table alone
     rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
     rows = [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)]
@@ -49,10 +46,10 @@ def section(results: Results) -> Section:
     advice_status = "" if recommendation is None else status_in_words(recommendation.verdict, "the advice")
     advised: Colour | None = None if recommendation is None else recommendation.verdict.colour
     if advised is not None and results.void:  # it may be of before, when the verdict was a better one
-        more = []
         advice, advised = void_in_words(verdict), "red"
         advice_status = status_in_words(verdict, "the advice")
     unseen = not_seen(results)
+    lines, left_out = in_lines(results) if crowded(results) else ((), 0)
     context = {
         "verdict": verdict,
         "void": results.void,
@@ -65,11 +62,15 @@ def section(results: Results) -> Section:
         "recommendation": recommendation,
         "advice_status": advice_status,
         "beyond": more,
+        "crowded": crowded(results),
+        "lines": [line for line in lines if line[0] in verdict.reasons],
+        "lines_of_advice": [line for line in lines if line[0] not in verdict.reasons],
+        "left_out_reasons": left_out,
         "stale": results.stale,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),
         "rows": cards,
-        "specimens": shown[:_MOST_SPECIMENS],
-        "left_out": max(0, len(shown) - _MOST_SPECIMENS),
+        "specimens": shown[:MOST_SPECIMENS],
+        "left_out": max(0, len(shown) - MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
         "conditions": (*_conditions(results), *put_in_conditions(results)),
         "roomy": len(verdict.reasons) + len(more) <= _FEW,

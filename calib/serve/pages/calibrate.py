@@ -12,12 +12,10 @@ from calib.errors import Fault, InputError
 from calib.report import duration_in_words
 from calib.runs import STAGES, run_state
 from calib.serve import jobs
-from calib.serve.commands import typed
+from calib.serve.commands import BUDGET, calibrating, resuming, typed
 from calib.serve.page import answered, elsewhere, form_of, part, query_of, shown, space_of, working
 from calib.serve.workspace import Workspace
 
-#: Minutes that are offered.
-_BUDGET = "10"
 _WIDTH, _HEIGHT = 260, 70
 
 
@@ -29,9 +27,9 @@ async def calibrate(request: Request) -> Response:
         request,
         "calibrate.html.j2",
         name=name,
-        budget=_BUDGET,
+        budget=BUDGET,
         going=await working(_going, space),
-        command=typed(_words(space, {"name": name, "budget": _BUDGET})),
+        command=typed(calibrating(space, {"name": name, "budget": BUDGET})),
         exists=space.experiment.exists(),
     )
 
@@ -39,7 +37,7 @@ async def calibrate(request: Request) -> Response:
 async def command(request: Request) -> Response:
     """The command of a form as it is filled in."""
     form = query_of(request)
-    return answered({"command": typed(_words(space_of(request), {**form, "name": form.get("name", "").strip()}))})
+    return answered({"command": typed(calibrating(space_of(request), {**form, "name": form.get("name", "").strip()}))})
 
 
 async def begin(request: Request) -> Response:
@@ -55,18 +53,22 @@ async def begin(request: Request) -> Response:
     if any(name == going for going in await working(_going, space)):
         raise InputError(Fault(f'"{name}" is being computed already', advice="Wait until it has ended, or choose another name"))
     space.new_folder(name)
-    words = _words(space, {**form, "name": name})
+    words = calibrating(space, {**form, "name": name})
     await working(jobs.start, space, name, words)
     return elsewhere("/run", name=name)
+
+
+async def resumed(request: Request) -> Response:
+    """The command that goes on with a run, as its form is filled in."""
+    space, form = space_of(request), query_of(request)
+    return answered({"command": typed(await working(resuming, space, form))})
 
 
 async def resume(request: Request) -> Response:
     """Go on with a calibration that was stopped, or has not converged."""
     space, form = space_of(request), await form_of(request)
     name = form.get("name", "")
-    space.run(name)
-    words = [*_words(space, {**form, "name": name}), "--resume"]
-    await working(jobs.start, space, name, words)
+    await working(jobs.start, space, name, await working(resuming, space, form))
     return elsewhere("/run", name=name)
 
 
@@ -125,37 +127,11 @@ def _going(space: Workspace) -> list[str]:
     )
 
 
-def _words(space: Workspace, form: dict[str, str]) -> list[str]:
-    """The command of a form.
-
-    Raises
-    ------
-    InputError
-        If a field of it is no number.
-    """
-    words = ["calibrate", space.experiment.name, "-o", form["name"]]
-    faults = []
-    for key, least in (("budget", 0.0), ("seed", 0.0)):
-        text = form.get(key, "").strip()
-        if not text:
-            continue
-        try:
-            number = float(text) if key == "budget" else int(text)
-        except ValueError:
-            number = math.nan
-        if not (math.isfinite(number) and number >= least and number < 1e6):
-            faults.append(Fault(f'{key} must be a number of zero or more, got "{text[:40]}"'))
-        else:
-            words += [f"--{key}", f"{number:g}" if key == "budget" else str(number)]
-    if faults:
-        raise InputError(faults)
-    return [*words, "--anyway"] if form.get("anyway") == "yes" else words
-
-
 ROUTES = (
     Route("/calibrate", calibrate),
     Route("/calibrate/command", command),
     Route("/calibrate/begin", begin, methods=["POST"]),
+    Route("/calibrate/resumed", resumed),
     Route("/calibrate/resume", resume, methods=["POST"]),
     Route("/calibrate/cancel", cancel, methods=["POST"]),
     Route("/run/progress", progress),

@@ -107,7 +107,7 @@ def _range(table: dict[str, Any]) -> dict[str, str]:
     touch = float(np.interp(table["touch"], table["ratio"], force))
     return {
         "name": str(table["name"]),
-        "padding": f"{table['padding_thickness_m'] * 1e3:.3g} mm",
+        "padding": f"{table['padding_thickness_m'] * 1e3:.2f} mm",
         "readings": f"{table['touch'] * 1e6:.0f} to {table['ratio'][-1] * 1e6:.0f} ppm",
         "forces": f"{range_text(touch, float(force[-1]))} N",
         "half": f"{force[half]:.{places}f} N ({lower[half]:.{places}f} to {upper[half]:.{places}f})",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,10 +19,10 @@ from calib.errors import Fault, InputError
 from calib.report import any_letters, difference_figure, pair_rows, parameter_rows, status_in_words
 from calib.runs import CERTIFICATES, RESULTS, diff_runs, run_state, verify
 from calib.serve import jobs, viewing
-from calib.serve.commands import typed
+from calib.serve.commands import BUDGET, resuming, typed
 from calib.serve.looking import DRAWING
 from calib.serve.packing import packed
-from calib.serve.page import elsewhere, keys_of, lists_of, part, query_of, shown, space_of, working
+from calib.serve.page import answered, elsewhere, keys_of, lists_of, part, query_of, shown, space_of, working
 from calib.serve.security import POLICY_OF_REPORT
 from calib.serve.workspace import Workspace
 
@@ -70,13 +71,40 @@ class Row:
 async def runs(request: Request) -> Response:
     """All runs of the folder."""
     space = space_of(request)
+    rows = await working(_rows, space)
+    done = [row.name for row in rows if row.condition == "finished"]
     return shown(
-        request, "runs.html.j2", rows=await working(_rows, space), left_out=await working(space.left_out), **_commands()
+        request,
+        "runs.html.j2",
+        rows=rows,
+        done=done,
+        average=await working(_free_average, space),
+        compare=typed(["diff", *done[1::-1]]),
+        averaged=_averaging((), _free_average(space)),
+        left_out=await working(space.left_out),
     )
 
 
-def _commands() -> dict[str, Any]:
-    return {"compare": typed(["diff", "RUN", "RUN2"]), "averaged": typed(["average", "RUN", "RUN2", "-o", "average"])}
+def _free_average(space: Workspace) -> str:
+    """A name for an average that is not taken."""
+    return "average" if not os.path.lexists(space.folder / "average") else space.free_name("average")
+
+
+async def comparing(request: Request) -> Response:
+    """The command of the form that compares two runs, as it is filled in."""
+    query = query_of(request)
+    return answered({"command": typed(["diff", query.get("first", ""), query.get("second", "")])})
+
+
+async def averaging(request: Request) -> Response:
+    """The command of the form that averages runs, as it is filled in."""
+    query = request.query_params
+    return answered({"command": _averaging(query.getlist("run"), query.get("name", ""))})
+
+
+def _averaging(names: Sequence[str], average: str) -> str:
+    """The command that averages runs; as long as there are fewer than two marked, with words for them."""
+    return typed(["average", *(names if len(set(names)) > 1 else ["RUN", "RUN2"]), "-o", average.strip()])
 
 
 async def run(request: Request) -> Response:
@@ -85,6 +113,7 @@ async def run(request: Request) -> Response:
     folder = space.run(name)
     state = await working(run_state, folder)
     job = await working(jobs.job_of, space, name)
+    alive = state.condition == "running" or (job is not None and job.alive)
     there = [(n, _ABOUT[n]) for n in RESULTS if n in _ABOUT and (folder / n).is_file()]
     return shown(
         request,
@@ -92,10 +121,13 @@ async def run(request: Request) -> Response:
         name=name,
         state=state,
         job=job,
-        alive=state.condition == "running" or (job is not None and job.alive),
+        alive=alive,
         average=(folder / "members").is_dir(),
         files=there if state.condition == "finished" else [],
-        command=state.command or ("" if job is None else job.command),
+        command=job.command if job is not None and (job.alive or not state.command) else state.command,
+        budget=BUDGET,
+        resuming=typed(await working(resuming, space, {"name": name, "budget": BUDGET})) if state.condition != "none" else "",
+        refused=job if job is not None and job.refused and state.condition == "finished" and not alive else None,
     )
 
 
@@ -265,5 +297,7 @@ ROUTES = (
     Route("/run/verified", verified),
     Route("/runs/difference", difference),
     Route("/runs/curves.png", curves),
+    Route("/runs/difference/command", comparing),
+    Route("/runs/average/command", averaging),
     Route("/runs/average", average, methods=["POST"]),
 )

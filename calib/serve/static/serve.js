@@ -113,7 +113,7 @@ function begin(within) {
     form.addEventListener("input", async () => {
       const filled = last = String(new URLSearchParams(new FormData(form)));
       const { ok, said } = await answer(`${form.dataset.command}?${filled}`);
-      if (ok && filled === last) one("#command").textContent = said.command;
+      if (ok && filled === last) document.getElementById(form.dataset.into ?? "command").textContent = said.command;
     });
     form.addEventListener("submit", () => {
       one("button[type=submit]", form).disabled = true;

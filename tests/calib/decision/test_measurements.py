@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -310,6 +311,20 @@ def test_every_draft_is_an_experiment_once_its_files_are_there(found: NextMeasur
         assert again.unedited, one.what
         presses = sum(len(specimen.sweeps) for specimen in again.specimens)
         assert presses == 1 + (one.kind in {"repeat", "force", "ball", "capacitance", "padding", "specimen"})
+
+
+def test_what_is_said_of_a_measurement_has_no_more_digits_than_a_standard_deviation_deserves(found: NextMeasurements) -> None:
+    known = replace(found, mean=0.616028e6, sd=6.5847e3)
+    assert known.in_words.startswith("Young's modulus is 0.6160 ± 0.0066 MPa (±1.1 % of it). Most for an hour")
+    of_signal = replace(known, asked="padding", label="signal", mean=0.131642, sd=1.8412e-3, by_unknowns=1.5e-3)
+    assert of_signal.in_words.startswith("Signal is 13.16 ± 0.18 % (±1.4 % of it). ")
+    assert "differences between sensors, ±0.81 %, are left by all" in of_signal.in_words
+    shown = [size.lstrip("0.").replace(".", "") for size in re.findall(r"±([\d.]+)", known.in_words)]
+    assert len(shown) >= 3
+    assert {len(digits) for digits in shown} == {2}
+    one = found.ranked[0]
+    assert known.brings(replace(one, sd=4.7601e3, reduction=0.28)) == "modulus ±0.77 % instead of ±1.1 %"
+    assert known.brings(replace(one, sd=6.5e3, reduction=0.0129)) == "modulus ±1.1 %, narrower by 1 % of it"
 
 
 def test_a_number_that_is_not_ranked_is_refused(found: NextMeasurements, tmp_path: Path) -> None:

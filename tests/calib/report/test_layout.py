@@ -32,6 +32,7 @@ from calib.report import (
     Origin,
     certificate_page,
     certify,
+    corner_figure,
     find_browser,
     plots_of_report,
     print_page,
@@ -260,6 +261,33 @@ def test_labels_of_neighbouring_panels_keep_apart_wherever_their_ticks_lie(make_
             assert right[0].x0 - left[-1].x1 > 1.2 * left[-1].height
 
 
+def test_letters_of_figures_can_be_read_on_paper(page: str, drawn: dict[str, Figure]) -> None:
+    said = {rule.selector: rule.says["max-width"] for rule in RULES if rule.medium == "print" and "max-width" in rule.says}
+    for about, inside in [(about, inside) for tag, about, inside in Tree(page).found if tag == "img"]:
+        figure = drawn[about["src"].split(",")[1]]
+        millimetres = float(said[".wide img" if "div.scroll.wide" in inside else ".pair img"].removesuffix("mm"))
+        small = min((t for t in figure.findobj(Text) if t.get_visible() and t.get_text()), key=lambda t: t.get_fontsize())
+        assert float(small.get_fontsize()) * millimetres / (25.4 * figure.get_figwidth()) >= 5.0, (about["data-name"], small)
+
+
+@pytest.mark.parametrize("share", [0.93, 1.0, 1.07])
+def test_labels_of_pairs_keep_apart_from_those_of_the_next_panel_and_from_its_name(
+    make_posterior: MakePosterior, share: float
+) -> None:
+    posterior = make_posterior()
+    figure = corner_figure(replace(posterior, draws=posterior.draws * share))
+    FigureCanvasAgg(figure).draw()
+    shown = [ax for ax in figure.axes if ax.get_visible() and ax.get_frame_on()]
+    assert len(shown) > 6
+    for axes in ([ax.xaxis for ax in shown], [ax.yaxis for ax in shown]):
+        names = [axis.label.get_window_extent() for axis in axes if axis.label.get_text()]
+        rows = [[t.label1.get_window_extent() for t in axis.get_major_ticks() if t.label1.get_text()] for axis in axes]
+        assert sum(map(bool, rows)) >= 3
+        for one, other in combinations(rows, 2):
+            assert not any(a.overlaps(b) for a in one for b in other)
+        assert not any(name.overlaps(box) for name in names for row in rows for box in row)
+
+
 def test_panels_are_zoomed_to_the_posterior_and_state_the_prior(make_posterior: MakePosterior) -> None:
     posterior = make_posterior(n_specimen=1)
     figure = prior_figure(posterior)
@@ -347,27 +375,62 @@ REASONS = tuple(
         "half of it rests on what was believed",
         "Measure that quantity again by another way, or press with a second ball of another radius and calibrate with both",
     )
-    for gate in ("prior sensitivity", "rate", "drift")
+    for gate in (
+        "prior sensitivity",
+        "rate",
+        "drift",
+        "signal",
+        "size",
+        "fit",
+        "specimens",
+        "shape",
+        "noise",
+        "clock",
+        "learned",
+        "tare",
+    )
 )
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
-@pytest.mark.parametrize("n_reason", [0, 1, 3])
+@pytest.mark.parametrize("n_reason", [0, 1, 3, 4, 6, 12])
 def test_what_one_must_know_stands_on_one_sheet_and_all_else_behind_it(
     make_posterior: MakePosterior, tmp_path: Path, n_reason: int
 ) -> None:
     page = _sheets_page(make_posterior(), REASONS[:n_reason])
-    first, _, rest = page.partition('<section id="sweeps">')
-    whole = first + rest[rest.index("<footer") :]
+    first, _, rest = page.partition("</div>\n\n<section ")
+    whole = f"{first}</div>{rest[rest.index('<footer') :]}"
     sheet = first.partition('<div class="first">')[2]
     wanted = ["verdict", "recommended padding at 8 N", "<i>E</i>", "<img", "padding thickness", "Holds only for"]
     places = [sheet.index(word) for word in wanted]
     assert places == sorted(places)
-    assert [sheet.index(f"<strong>{reason.gate}") > 0 for reason in REASONS[:n_reason]] == [True] * n_reason
+    assert all(f"<strong>{reason.gate}" in sheet for reason in REASONS[:n_reason])
     without_footer = whole[: whole.index("<footer")] + "</main></body></html>"
     assert _sheets(without_footer, tmp_path) == 1
     # What follows, be it a line, does so on the next one.
     assert _sheets(whole, tmp_path) == 2
+
+
+def test_reasons_that_are_too_many_stand_on_the_first_sheet_with_an_action_in_a_line_each_and_in_full_behind_it(
+    make_posterior: MakePosterior,
+) -> None:
+    few, many = (_sheets_page(make_posterior(), REASONS[:n]) for n in (3, 12))
+    assert 'class="lights lines paper"' not in few
+    assert 'id="reasons"' not in few
+    first, _, rest = many.partition("</div>\n\n<section ")
+    lines = re.findall(r"<ul class=\"lights lines paper\">(.*?)</ul>", first, re.S)
+    gates = [re.findall("<strong>(.*?)</strong>", line) for line in lines]
+    assert gates == [[r.gate for r in REASONS[:6]], ["extrapolation", "coverage"]]
+    assert lines[0].count('<span class="action">Measure that quantity again by another way …</span>') == 6
+    assert "6 more, and all of it in full, on the next sheet." in first
+    behind = rest.partition("</section>")[0]
+    assert behind.startswith('id="reasons" class="paper">')
+    assert [behind.count(f"<strong>{reason.gate}</strong>") for reason in REASONS] == [1] * 12
+    assert behind.count(REASONS[0].finding) == behind.count(REASONS[0].action) == 12
+    # On a screen, which has room for all of them, they stand at the head alone.
+    assert first.count('<ul class="lights screen">') == 2
+    shown = {(rule.medium, rule.selector): rule.says["display"] for rule in RULES if rule.selector in (".paper", ".screen")}
+    assert shown == {("", ".paper"): "none", ("print", ".paper"): "block", ("print", ".screen"): "none"}
 
 
 def _sheets(page: str, folder: Path) -> int:

@@ -326,7 +326,7 @@ def test_tables_for_a_gripper_are_made_and_taken_along_by_keyboard_alone(page: P
     tab_to(page, page.get_by_role("button", name="Make the tables"))
     key.press("Enter")
     page.get_by_role("heading", name="run1-gripper1").wait_for()
-    assert page.get_by_role("cell", name="2.5 mm").count() == 1
+    assert page.get_by_role("cell", name="2.50 mm").count() == 1
     assert serious(page) == []
     with page.expect_download() as download:
         page.get_by_role("link", name="run1-gripper1.zip").press("Enter")
@@ -358,6 +358,18 @@ def test_every_page_fits_a_phone_is_seen_at_once_and_can_be_used_by_everybody(pa
         assert min(paints) < 1, path
         assert as_wide_as_the_screen(page), path
         assert serious(page) == [], path
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("name", ["report.html", "certificate.html"])
+def test_what_is_handed_on_can_be_read_by_everybody(page: Page, served: Served, name: str, width: int) -> None:
+    tab = page.context.new_page()
+    tab.set_viewport_size({"width": width, "height": 844})
+    tab.goto((served.folder / "run1" / name).as_uri())
+    tab.evaluate("() => document.querySelectorAll('details').forEach(folded => { folded.open = true; })")
+    assert serious(tab) == []
+    assert as_wide_as_the_screen(tab)
+    tab.close()
 
 
 def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Served) -> None:

@@ -480,6 +480,17 @@ def test_two_runs_stand_side_by_side(finished: Work) -> None:
     assert finished.page.get("/runs/curves.png?first=one&second=two").content.startswith(b"\x89PNG")
 
 
+def test_what_is_marked_among_the_runs_stands_in_the_commands_that_compare_and_average_them(finished: Work) -> None:
+    shown = finished.page.get("/runs").text
+    first, second = re.findall(r'<option value="([^"]+)" selected>', shown)
+    assert f'<code id="compare">calib diff {first} {second}</code>' in shown
+    assert '<code id="averaged">calib average RUN RUN2 -o average</code>' in shown
+    asked = finished.page.get("/runs/difference/command?first=two&second=one").json()
+    assert asked == {"command": "calib diff two one"}
+    asked = finished.page.get("/runs/average/command?run=one&run=two&name=both").json()
+    assert asked == {"command": "calib average one two -o both"}
+
+
 def test_an_average_wants_two_runs_and_a_name(finished: Work) -> None:
     assert finished.page.post("/runs/average", data={"run": "one", "name": "both"}).status_code == 422
     assert finished.page.post("/runs/average", data={"run": ["one", "../x"], "name": "both"}).status_code == 422
@@ -491,7 +502,64 @@ def test_a_stopped_run_is_gone_on_with_by_the_command_that_resumes(finished: Wor
     monkeypatch.setattr("calib.serve.jobs.start", lambda space, name, words: begun.append(list(words)))
     finished.page.post("/calibrate/resume", data={"name": "stopped", "budget": "5"})
     assert begun == [["calibrate", "experiment.toml", "-o", "stopped", "--budget", "5", "--resume"]]
+    assert (
+        "calib calibrate experiment.toml -o stopped --budget 10 --resume</code>" in finished.page.get("/run?name=stopped").text
+    )
+    asked = finished.page.get("/calibrate/resumed?name=stopped&budget=5").json()
+    assert asked == {"command": "calib calibrate experiment.toml -o stopped --budget 5 --resume"}
     assert finished.page.post("/calibrate/resume", data={"name": "nothing"}).status_code == 422
+
+
+def test_a_run_of_another_experiment_file_is_gone_on_with_by_that_file(
+    finished: Work, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shutil.copytree(finished.space.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("two", ".serve"))
+    space = open_workspace(tmp_path / "copy")
+    (space.folder / "first").mkdir()
+    for path in [*space.folder.glob("*.toml"), *space.folder.glob("*.csv"), space.folder / "one"]:
+        path.rename(space.folder / "first" / path.name)
+    shutil.copy(space.folder / "first" / "experiment.toml", space.experiment)
+    begun: list[list[str]] = []
+    monkeypatch.setattr("calib.serve.jobs.start", lambda space, name, words: begun.append(list(words)))
+    let_in(space).post("/calibrate/resume", data={"name": "first/one"})
+    assert begun == [["calibrate", "first/experiment.toml", "-o", "first/one", "--resume"]]
+
+
+def test_going_on_that_was_refused_says_so_beside_the_run_that_stayed_as_it_is(finished: Work, tmp_path: Path) -> None:
+    shutil.copytree(finished.space.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("two", ".serve"))
+    space = open_workspace(tmp_path / "copy")
+    page = let_in(space)
+    before = (space.folder / "one" / "run.json").read_bytes()
+    space.experiment.write_text(space.experiment.read_text().replace('"5 mm"', '"6 mm"'))
+    page.post("/calibrate/resume", data={"name": "one"})
+    for _ in range(1200):
+        shown = page.get("/run?name=one").text
+        if "Cancel" not in shown:
+            break
+        time.sleep(0.1)
+    assert "it was refused, and the run stayed as it is" in shown
+    assert "the run in this folder is another" in shown
+    assert "It was made by:" in shown
+    assert (space.folder / "one" / "run.json").read_bytes() == before
+
+
+def test_a_calibration_that_is_gone_on_with_shows_the_command_that_goes_on(
+    finished: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ("calib", "calibrate", "experiment.toml", "-o", "stopped", "--budget", "5", "--resume")
+    going = jobs.Job("stopped", words, 1, "now", "", alive=True)
+    monkeypatch.setattr("calib.serve.jobs.job_of", lambda space, name: going)
+    shown = finished.page.get("/run?name=stopped").text
+    assert "It is being made by:" in shown
+    assert "calib calibrate experiment.toml -o stopped --budget 5 --resume" in shown
+
+
+def test_the_folder_of_a_run_opens_the_page_with_that_run(finished: Work) -> None:
+    space = open_workspace(finished.space.folder / "one")
+    assert space.folder == finished.space.folder
+    answer = let_in(space).get("/", follow_redirects=False)
+    assert answer.headers["location"] == "/run?name=one"
+    assert finished.page.get("/", follow_redirects=False).headers["location"] == "/files"
 
 
 # --- padding ------------------------------------------------------------------------------------------------------------
