@@ -31,7 +31,7 @@ _MOST_STEPS, _MOST_ENDS, _PASSES = 2000, 30, 12
 _SAMPLE = 20_000
 # A channel goes with another one if more of its changes over such parts of the record do than do not, by such a share, and
 # keeps within so many of its noises.
-_GOES_WITH, _LAGS, _KEEPS = 0.25, 20, 4.0
+_GOES_WITH, _LAGS, _KEEPS = 0.35, 20, 4.0
 # Between two readings a curve bends at most as this power of the way.
 _BEND = 3.0
 # A channel would show what another does if this share of its own change were so many times what it keeps within.

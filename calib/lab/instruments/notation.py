@@ -40,6 +40,7 @@ class _Shown:
     certain : by any form that does.
     cut : by fewer than three digits after it alone, as they are left of thousands, too, where a row is cut.
     whole : by any other form.
+    long : by more than three digits after it, as thousands have where a digit was doubled.
     twice : by the other mark, standing twice.
     unsure : cells whose one mark may as well set thousands apart.
     """
@@ -48,6 +49,7 @@ class _Shown:
     certain: re.Pattern[str]
     cut: re.Pattern[str]
     whole: re.Pattern[str]
+    long: re.Pattern[str]
     twice: re.Pattern[str]
     unsure: re.Pattern[str]
 
@@ -57,9 +59,16 @@ class _Shown:
         if self.mark not in text:
             return self.twice.search(text) if _OTHER[self.mark] in text else None
         found = self.certain.search(text)
-        if found is None or not self.cut.fullmatch(found[0]) or not self._are_few(text):
-            return found
-        return self.whole.search(text)
+        if found is not None and self.cut.fullmatch(found[0]) and self._are_few(text):
+            found = self.whole.search(text)
+        if found is not None and self.long.fullmatch(found[0]) and self._is_single(text):
+            return None
+        return found
+
+    def _is_single(self, text: str) -> bool:
+        """Whether a cell is the only one that shows it, among others with three digits after the mark."""
+        n_certain = sum(1 for _ in islice(self.certain.finditer(text), _GROUPS))
+        return n_certain == 1 and sum(1 for _ in islice(self.unsure.finditer(text), _FEWEST)) == _FEWEST
 
     def _are_few(self, text: str) -> bool:
         """Whether so few cells have fewer than three digits after the mark that these may be cells that were cut."""
@@ -79,6 +88,7 @@ def _shown(mark: str) -> _Shown:
     end = rf"(?:{EXPONENT})?[ \t]*$"
     twice = rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}"  # the other mark twice: it sets thousands apart
     cut = rf"[1-9]\d{{0,2}}{point}\d{{0,2}}[ \t]*$"
+    longer = rf"[1-9]\d{{0,2}}{point}\d{{4,}}[ \t]*$"
     whole = "|".join(
         (
             rf"[1-9]\d{{0,2}}(?:[{apart}{SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
@@ -89,7 +99,7 @@ def _shown(mark: str) -> _Shown:
         )
     )
     unsure = rf"[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$"
-    forms = (f"{cut}|{whole}", cut, whole, twice, unsure)
+    forms = (f"{cut}|{whole}", cut, whole, longer, twice, unsure)
     patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in forms)
     return _Shown(mark, *patterns)
 
@@ -165,6 +175,12 @@ def decide_notation(
     decimals, notes = [], []
     was_open = False
     apart_in = {_OTHER[m] for m, text in zip(shown, texts, strict=True) if m and _sets_thousands_apart(text, m)}
+    for c, mark in enumerate(shown):
+        if mark in apart_in and mark in texts[c]:
+            words = f"the {_NAMES[mark]} sets thousands apart in the millions of another column"
+            return Notation(
+                "", conflict=f"{words}, and a cell has it as decimal mark", places=_places(texts, [(strong[c][mark], c)])
+            )
     for c, text in enumerate(texts):
         decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter)
         if conflict:

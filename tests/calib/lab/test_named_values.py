@@ -58,10 +58,10 @@ def test_what_the_logger_says_before_the_first_line_is_told(tmp_path: Path) -> N
     assert any("HX711" in unread.reason for unread in table.unread)
 
 
-@pytest.mark.parametrize("place", ["x", "x (mm)", "2"])
+@pytest.mark.parametrize("place", ["q", "q (mm)", "2"])
 def test_a_name_that_is_not_understood_is_said_by_name_or_number(tmp_path: Path, place: str) -> None:
-    path = write(tmp_path, lambda i, x, f: f"t={0.02 * i:.2f} s x={x:.3f} mm F={f:.3f} N")
-    with pytest.raises(InputError, match=r"no displacement column.*x"):
+    path = write(tmp_path, lambda i, x, f: f"t={0.02 * i:.2f} s q={x:.3f} mm F={f:.3f} N")
+    with pytest.raises(InputError, match=r"no displacement column.*q"):
         read_lab_file(path)
     assert_press(read_lab_file(path, Reading(columns={"displacement": place})))
 
