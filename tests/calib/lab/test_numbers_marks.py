@@ -228,9 +228,9 @@ def test_whole_numbers_of_which_some_are_millions_have_their_thousands_set_apart
     assert any("sets thousands apart" in note for note in table.notes)
 
 
-@pytest.mark.parametrize(("n", "why"), [(16, "sets thousands apart in the millions"), (30, '"4,0679" .* is not a number')])
+@pytest.mark.parametrize(("n", "why"), [(10, "sets thousands apart in the millions"), (30, '"4,0679" .* is not a number')])
 def test_a_number_with_a_digit_too_many_is_no_decimal_comma_beside_millions(tmp_path: Path, n: int, why: str) -> None:
-    rows = [(100_000 * i, f"{4_679 - 500 * abs(i - 8):,}") for i in range(n)]
+    rows = [(200_000 * i, f"{4_679 - 500 * abs(i - 8):,}") for i in range(n)]
     path = tmp_path / "lab.csv"
     lines = [f'"{t:,}","{100 * i}","{force}"' for i, (t, force) in enumerate(rows)]
     path.write_text("\n".join(['"Time (ms)","Displacement (um)","Force (mN)"', *lines]) + "\n")
