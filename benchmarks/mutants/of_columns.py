@@ -132,7 +132,8 @@ def rival(doc: Document, rng: random.Random) -> Document | None:
 def twin(doc: Document, rng: random.Random) -> Document | None:
     """A column with the same header and other numbers that move, beside one that moves."""
     at = column_read(doc, rng)
-    if at is None or len({doc.row(i).cells[at] for i in doc.rows() if at < len(doc.row(i).cells)}) < 2:
+    cells = {doc.row(i).cells[at] for i in doc.rows() if at is not None and at < len(doc.row(i).cells)}
+    if at is None or len(cells) < 2 or any(":" in cell for cell in cells):  # times of day tell which of the two is the clock
         return None
     column = replace(doc.columns[at], factors=())
     return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("other", "noise"))))

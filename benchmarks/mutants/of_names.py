@@ -32,6 +32,8 @@ _WORDS = {
     "capacitance": ("Kapazität", "Capacité", "Capacidad", "电容", "静電容量", "Cap", "Pojemność"),
 }
 #: Names that say of a capacitance that it is that of the series circuit.
+# Milliseconds since 1970.
+_SINCE_1970 = r"1\d{12}(\.|$)"
 _SERIES = ("Cs", "CS", "Series capacitance")
 _STATISTICS = ("max", "min", "mean", "peak hold", "setpoint", "command", "target", "average", "std")
 _OTHER_UNITS = ("degC", "V", "%", "kPa", "rpm", "foo", "Ohm")
@@ -152,6 +154,8 @@ def no_time_unit(doc: Document, rng: random.Random) -> Document | None:
     if at is None or not doc.columns[at].unit or _has_unit_in_name(doc.columns[at]):
         return None
     column = doc.columns[at]
+    if not column.factors and any(re.match(_SINCE_1970, cell) for i in doc.rows() for cell in doc.row(i).cells[at : at + 1]):
+        return None  # milliseconds since 1970 without a unit may be read as what they are
     return with_column(doc, at, replace(column, unit="", bracket="", gap="", told="time"))
 
 

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from calib.checks import Member, Prediction, Verdict, judge_posterior
 from calib.decision import NextInShort, Recommendation
+from calib.hypertext import sentence
 from calib.report.pictures import Drawing, Plot, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, plots_of, sections_of
@@ -77,13 +78,15 @@ def plots_of_report(
 
 def templates() -> jinja2.Environment:
     """The templates of pages: what they write is escaped, and a name that the context lacks is an error."""
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["sentence"] = sentence
+    return environment
 
 
 def begin_drawing(

@@ -7,6 +7,7 @@ from importlib import resources
 
 import jinja2
 
+from calib.hypertext import sentence
 from calib.report.certificate import MEANT, NOT_ACCREDITED, Certificate
 
 
@@ -30,6 +31,7 @@ def certificate_page(certificate: Certificate, posterior_sha256: str, report_sha
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["sentence"] = sentence
     c = certificate
     name, digest = c.experiment
     hashes = {"posterior.nc": posterior_sha256, "report.html": report_sha256, "run": c.fingerprint, name: digest}

@@ -17,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
 from calib.errors import Fault, InputError, in_shell
+from calib.hypertext import sentence
 from calib.runs import PageError
 from calib.serve.keys import Keys
 from calib.serve.workspace import Workspace
@@ -330,6 +331,7 @@ def _templates() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters["plainly"] = visible
+    environment.filters["sentence"] = sentence
     environment.filters["json"] = partial(json.dumps, default=str)
     environment.filters["word"] = in_shell
     environment.globals["address"] = address
