@@ -210,7 +210,7 @@ def _is_about_zero(cells: Sequence[str], values: FloatArray, row: int, decimal: 
     if len({_decimals(cells[i], decimal) for i in (row, *beside)}) != 1:
         return False
     counts = cells[row].strip(f"{SIGNS} \t").replace(decimal, "")
-    near = max(abs(float(values[i])) for i in beside)
+    near = max((abs(float(values[i])) for i in beside), default=np.inf)
     small = counts.isdecimal() and int(counts) <= _ABOUT_ZERO
     return small and near < _NEAR_ZERO * float(np.nanmax(values) - np.nanmin(values))
 

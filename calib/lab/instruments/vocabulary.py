@@ -224,8 +224,12 @@ def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
     >>> as_a_mean("force mean (N)").quantity, as_a_mean("force max (N)"), as_a_mean("mean of max force (N)")
     ('force', None, None)
     """
-    said = [word for word in words_in(re.sub(r"[()\[\]{}]", " ", cell)) if no_record(word)]
-    return as_a_record(cell, unit_below) if said and all(word in MEANS for word in said) else None
+    if not any(character.isalpha() for character in cell):
+        return None
+    said = words_in(re.sub(r"[()\[\]{}]", " ", cell))
+    if not any(word in MEANS for word in said) or any(word not in MEANS and no_record(word) for word in said):
+        return None
+    return as_a_record(cell, unit_below)
 
 
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
