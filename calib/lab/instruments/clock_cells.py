@@ -35,12 +35,13 @@ _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 def is_clock(cell: str) -> bool:
     """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01:250", "30:01.2"."""
     cell = cell.strip()
-    if len(cell) > _LONGEST:
+    if len(cell) > _LONGEST or not any(character.isdecimal() for character in cell):
         return False
     forms = (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS)
-    return any(form.match(cell) is not None for form in forms) or any(
-        form.match(in_figures(cell).text) is not None for form in forms
-    )
+    if any(form.match(cell) is not None for form in forms):
+        return True
+    text = in_figures(cell).text
+    return text != cell and any(form.match(text) is not None for form in forms)
 
 
 def is_full_clock(cell: str) -> bool:

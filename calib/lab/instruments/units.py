@@ -7,7 +7,7 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 
 from calib.quantity import unit_factor
@@ -380,6 +380,7 @@ def as_force(unit: str) -> str:
     return _usual("N", _asked(_tidy(unit), "N") or "N")
 
 
+@lru_cache(maxsize=4096)  # a word among thousands of lines costs as much as all that is read
 def is_unit_of(unit: str, quantity: str) -> bool:
     """Whether a word is a known spelling of a unit of a quantity.
 
