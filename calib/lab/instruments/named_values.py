@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -39,12 +40,13 @@ def named_values(text: LabText) -> Sheet | None:
     InputError
         If a line among them is none, or names other values than the first.
     """
-    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
-    first = next((k for k, (_, line) in enumerate(written[: _ABOVE + 1]) if _LINE.fullmatch(line)), -1)
-    seen = [_pairs(line) for _, line in written[first : first + _FEWEST]]
+    begin = list(islice((line for line in text.lines if line.strip()), _ABOVE + 1 + _FEWEST))
+    first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _LINE.fullmatch(line)), -1)
+    seen = [_pairs(line) for line in begin[first : first + _FEWEST]]
     names = [match["name"] for match in seen[0]] if first >= 0 else []
     if not names or len(seen) < _FEWEST or any([match["name"] for match in found] != names for found in seen):
         return None
+    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
     rows: list[list[tuple[str, str]]] = []
     lines: list[int] = []
     faults: list[Fault] = []

@@ -211,8 +211,10 @@ def decide_notation(
 
 def _sets_thousands_apart(text: str, mark: str) -> bool:
     """Whether a column of whole numbers has the other mark in every number of four digits and more, and twice in some."""
+    if mark in text or _OTHER[mark] not in text:
+        return False
     groups = sum(1 for _ in islice(_SHOWN[mark].twice.finditer(text), _GROUPS))
-    return mark not in text and groups >= _GROUPS and not _THOUSANDS.search(text)
+    return groups >= _GROUPS and not _THOUSANDS.search(text)
 
 
 def _places(texts: Sequence[str], found: Sequence[tuple[re.Match[str] | None, int]]) -> tuple[tuple[int, int], ...]:

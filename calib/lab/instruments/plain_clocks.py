@@ -283,21 +283,25 @@ def _filled_up(cells: Sequence[str]) -> list[str] | None:
     Decimals that end in 0 are written to the last digit, and then all have as many: those of several lengths are counted. None
     begins with 0, and as a count they never fall.
     """
-    there = [c.strip() for c in cells if c.strip()]
-    if len(there) < _FEWEST:
-        return None
+    there: list[str] = []
     parts: list[str] = []
     shortest: dict[int, int] = {}
     longest = 0
-    for cell in there:
+    for written in cells:
+        cell = written.strip()
+        if not cell:
+            continue
         match = _SPLIT.fullmatch(cell)
         if match is None or (len(match["part"]) > 1 and match["part"][0] == "0"):
             return None
         part, n_whole = match["part"], len(match["whole"])
+        there.append(cell)
         parts.append(part)
         if part != "0":
             shortest[n_whole] = min(shortest.get(n_whole, 9), len(part))
         longest = max(longest, len(part))
+    if len(there) < _FEWEST:
+        return None
     # Numbers of so many digits in all have fewer decimals where they are larger.
     several = any(len(part) > shortest.get(len(cell) - len(part) - 1, 9) for cell, part in zip(there, parts, strict=True))
     if not several or not any(len(part) > 1 and part[-1] == "0" for part in parts):
