@@ -27,6 +27,9 @@ _LONGEST_LINE = 20_000
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
 _HEAD, _BREAKS = 60, 40
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
+# Blanks at which no line is broken, beside a delimiter, where they pad a cell; between digits they set thousands apart.
+_HARD_BLANKS = "\u00a0\u2007\u202f"
+_PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|[{_HARD_BLANKS}]+(?=[;\t,|"\n])')
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 # A byte order mark of UTF-8, as it stands in a text that was read in another encoding and written in UTF-8.
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
@@ -122,6 +125,8 @@ def read_lab_text(path: Path) -> LabText:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
+    if any(blank in text for blank in _HARD_BLANKS):
+        text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)
     text, notes = _as_cells(text)
     lines = _with_whole_cells(text.split("\n"))

@@ -65,7 +65,7 @@ def below_header(
     units: tuple[str, ...] = ()
     start = header + 1
     time = next((i for i, n in enumerate(names) if (found_name := understand(n)) and found_name.quantity == "time"), None)
-    lines = list(islice((i for i in range(header + 1, len(text.lines)) if text.lines[i].strip()), _FEW_LINES))
+    lines = list(islice((i for i in range(header + 1, len(text.lines)) if text.lines[i].strip(f" \t{delimiter}")), _FEW_LINES))
     for place, index in enumerate(lines):
         line = without_comment_mark(text.lines[index], delimiter)
         cells = split_line(line, delimiter)
@@ -168,7 +168,9 @@ def _words_among(cells: Sequence[str], units: Sequence[str], line: int) -> list[
 
 
 def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None:
-    """The units in a row of units, "" where there is none; None if it is no such row."""
+    """The units in a row of units, "" where there is none; None if it is none, as one of numbers alone: "1" or "1,200"."""
+    if all(is_numeric(c) or not c.strip() for c in cells):
+        return None
     usual = [usual_case(name, c) for c, name in zip_longest(cells, names[: len(cells)], fillvalue="")]
     read = [unit_cell(c) for c in usual]
     units = tuple("" if u is None else u.unit if c == w else c for c, w, u in zip(cells, usual, read, strict=True))

@@ -345,3 +345,27 @@ def test_remarks_behind_the_last_cell_are_obeyed(tmp_path: Path) -> None:
     table = read(tmp_path, with_remarks({30: "saturated", 50: "fine"}))
     assert {i: why for i, why in enumerate(table.reasons) if why} == {30: 'column 5 says "saturated"'}
     assert any("a zero was set anew" in note for note in read(tmp_path, with_remarks({3: "load zeroed"})).notes)
+
+
+# --- rows below the header that are readings, and none of units --------------------------------------------------------
+
+
+@pytest.mark.parametrize("first", ["1,0;1,200;1,102", "1;1,2;1,1", "1;1;1"])
+def test_a_first_row_of_ones_is_one_of_readings_and_not_of_units(tmp_path: Path, first: str) -> None:
+    rows = [f"{2 + 0.1 * i:.1f};{1.2 + 0.01 * i:.3f};{1.1 + 0.02 * i:.4f}".replace(".", ",") for i in range(40)]
+    table = read(tmp_path, ["Zeit [s];Position [mm];Kraft [N]", first, *rows])
+    assert len(table.reasons) == 41
+    assert table.columns["time"][0] == 1.0
+    assert table.unread == ()
+
+
+@pytest.mark.parametrize("blank", [";;", "; ;", ";;;"])
+def test_a_row_of_delimiters_between_names_and_units_is_a_blank_one(tmp_path: Path, blank: str) -> None:
+    rows = ["Time;Extension;Load;Cp", blank, "[s];[mm];[N];[pF]", *lines(PRESS, ";")]
+    assert_press(read(tmp_path, rows))
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u202f", "\u2007\u00a0"])
+def test_hard_blanks_that_pad_cells_are_no_part_of_a_number(tmp_path: Path, blank: str) -> None:
+    padded = [f";{blank}".join(f"{cell}{blank}" for cell in row.split(";")) for row in lines(PRESS, ";")]
+    assert_press(read(tmp_path, [HEAD.replace(",", ";"), *padded]))
