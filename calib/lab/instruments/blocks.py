@@ -458,6 +458,12 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 if sheet.delimiter == ","
                 else "Remove what does not belong to the table"
             ) + "; if the first cell is the number of the row, give it a name in the header, such as No"
+            if len(row) >= 2 * width - 1:
+                advice = (
+                    "If two lines have run together, write each on its own, or remove this one; "
+                    + advice[0].lower()
+                    + advice[1:]
+                )
             faults.append(
                 Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
             )

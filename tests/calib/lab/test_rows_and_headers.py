@@ -369,3 +369,11 @@ def test_a_row_of_delimiters_between_names_and_units_is_a_blank_one(tmp_path: Pa
 def test_hard_blanks_that_pad_cells_are_no_part_of_a_number(tmp_path: Path, blank: str) -> None:
     padded = [f";{blank}".join(f"{cell}{blank}" for cell in row.split(";")) for row in lines(PRESS, ";")]
     assert_press(read(tmp_path, [HEAD.replace(",", ";"), *padded]))
+
+
+@pytest.mark.parametrize("sep", [",", ";"])
+def test_two_lines_that_have_run_together_are_said_to_have(tmp_path: Path, sep: str) -> None:
+    rows = lines(PRESS, sep)
+    joined = [HEAD.replace(",", sep), *rows[:20], rows[20] + rows[21], *rows[22:]]
+    with pytest.raises(InputError, match="22.*If two lines have run together"):
+        read(tmp_path, joined)
