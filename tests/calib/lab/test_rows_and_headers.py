@@ -375,5 +375,5 @@ def test_hard_blanks_that_pad_cells_are_no_part_of_a_number(tmp_path: Path, blan
 def test_two_lines_that_have_run_together_are_said_to_have(tmp_path: Path, sep: str) -> None:
     rows = lines(PRESS, sep)
     joined = [HEAD.replace(",", sep), *rows[:20], rows[20] + rows[21], *rows[22:]]
-    with pytest.raises(InputError, match="22.*If two lines have run together"):
+    with pytest.raises(InputError, match=r"22.*If two lines have run together"):
         read(tmp_path, joined)
