@@ -45,9 +45,9 @@ def another_zero(
 ) -> AnotherZero:
     """Refuse a record of which one channel jumps from a row on, as no press does, or tell of it where some of it can be used.
 
-    A counter that overflowed, a range or a sign that changed and a capacitance of another offset are refused. A zero that was set anew is noted with
-    its row, as rows of one zero can be used together. Of a channel that leaves its course and comes back the rows between are
-    left out. A unit that stands in the file and that the user says once more settles it.
+    A counter that overflowed, a range or a sign that changed and a capacitance of another offset are refused. A zero that was
+    set anew is noted with its row, as rows of one zero can be used together. Of a channel that leaves its course and comes back
+    the rows between are left out. A unit that stands in the file and that the user says once more settles it.
 
     Parameters
     ----------
@@ -158,8 +158,8 @@ def _in_words(
     unit = unit_in_words(sheet, column.index, column.heading, reading)
     if first.kind == SCALED:
         return (
-            f'column "{sheet.names[column.index]}": from this line on the readings are {first.factor:.2g} times what those above go '
-            f"on as ({place}){alone}{more}: {first.why}"
+            f'column "{sheet.names[column.index]}": from this line on the readings are {first.factor:.2g} times what '
+            f"those above go on as ({place}){alone}{more}: {first.why}"
         )
     size = f"{first.size / column.factor:.5g} {unit}".rstrip()
     return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'

@@ -50,8 +50,6 @@ _IN_PRESS = 0.25
 _RESTS = 0.2
 # Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
 _SAME, _FEW = 0.05, 3
-# Steps of all channels of which one may be a jump by a factor, too.
-_MOST_WITHIN = 10
 # A jump by a factor is such a share of the range at least; slopes change by so many of its own powers at most.
 _OF_SCALE, _AS_STEEP = 0.02, 3.0
 # What moved with the other channels by its share of the range would be seen in so many of their noises and digits.
@@ -66,7 +64,7 @@ _IN_CONTACT = 0.2
 _BACK, _LOST = 0.2, 0.2
 
 
-#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened; another scale or sign.
+#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened; another scale.
 OVERFLOW, ZERO, OPEN, SCALED = "overflow", "zero", "open", "scaled"
 
 
@@ -287,16 +285,11 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if not at.size or at.size > max(_MOST if quantity == "force" else 2, _SHARE * course.y.size):
             continue
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
-        made = np.zeros(at.size, dtype=bool)
         for q, other in others.items():
-            made |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
-        seen |= made
+            seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
         if quantity == "force" and "displacement" in others:
             seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
         alone, rest = at[~seen], at
-        if quantity not in CAPACITANCES and (scaled := _scaled_within_steps(course, at[seen & ~made], beside)):
-            found[quantity] = scaled
-            continue
         if alone.size > max(2, _SHARE * course.y.size):
             continue
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
@@ -306,7 +299,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
                 course, i, rest, {q: _resampled(values[q], course, driven=others[q].driven) for q in others}, pause
             )
             factor = 1.0
-            if quantity not in CAPACITANCES and (judged is None or judged[0] != OVERFLOW):
+            if quantity not in CAPACITANCES:
                 judged, factor = _or_scaled(judged, quantity, course, i, alone, {q: c.y for q, c in beside.items()}, pause)
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
@@ -428,9 +421,15 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
 
 
 def _or_scaled(
-    judged: _Judged | None, quantity: str, course: _Course, i: int, alone: IntArray, beside: Mapping[str, FloatArray], pause: bool
+    judged: _Judged | None,
+    quantity: str,
+    course: _Course,
+    i: int,
+    alone: IntArray,
+    beside: Mapping[str, FloatArray],
+    pause: bool,
 ) -> tuple[_Judged | None, float]:
-    """What a jump of a place or a load is, and by which factor: another range or sign where the curve behind it is a multiple."""
+    """What a jump of a place or a load is, and the factor: another range or sign where the curve behind it is a multiple."""
     found = followed(course.y, beside, i, alone)
     if found is None or found.kind == "shifted":
         return judged, 1.0
@@ -442,20 +441,6 @@ def _or_scaled(
     if judged is not None and judged[0] == ZERO:
         return (ZERO, f"{judged[1]}{or_range}"), 1.0
     return judged, 1.0
-
-
-def _scaled_within_steps(course: _Course, at: IntArray, beside: Mapping[str, _Course]) -> list[Jump]:
-    """The jumps by a factor within steps of all channels, as from one stair to the next, which none of them makes of this size."""
-    at = at[np.abs(course.steps[at]) > _OF_RANGE * course.span]
-    if at.size > _MOST_WITHIN:
-        return []
-    jumps = []
-    for i in at.tolist():
-        told = followed(course.y, {q: c.y for q, c in beside.items()}, i, np.zeros(0, dtype=np.int64))
-        if told is not None and told.kind == "multiple" and told.by_all:
-            size, why = float(course.y[i + 1] - course.y[i]), _SIGN if told.factor < 0 else _RANGE
-            jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, SCALED, why, factor=told.factor))
-    return jumps
 
 
 def _set_to_zero(course: _Course, at: IntArray, ball: FloatArray, ball_noise: float) -> BoolArray:
