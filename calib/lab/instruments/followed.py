@@ -16,6 +16,8 @@ _WINDOWS = (4, 6, 10, 16, 24, 48, 96)
 # One of two curves is the right one if the other misses the readings by so many times as much, or so many where those that it
 # misses by are mere noise, no more than so many times their scatter; and if it is likelier by so much, by its logarithm.
 _BETTER, _BY_NOISE, _IS_NOISE, _LIKELIER = 2.0, 1.2, 1.3, 5.0
+# One that misses them by more than so many times their scatter is none that they follow.
+_MISSES = 5.0
 # The likelier of two may be contradicted by such a share of that.
 _CONTRADICTED = 0.3
 # Another channel goes on or turns by where it has moved by so many of its noises.
@@ -110,7 +112,8 @@ class _Curve:
         """By how much this one is the likelier of two, as a logarithm; 0 where it is not for sure."""
         least = _BY_NOISE if self.missed < _IS_NOISE * self.scatter else _BETTER
         likelier = (self.n - 4) * float(np.log(max(other.missed, 1e-300) / max(self.missed, 1e-300)))
-        return likelier if other.missed > least * self.missed and likelier > _LIKELIER else 0.0
+        told = other.missed > least * self.missed and self.missed < _MISSES * self.scatter
+        return likelier if told and likelier > _LIKELIER else 0.0
 
 
 @dataclass(frozen=True)
