@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, Jump, jumps_of
+from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, SCALED, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
@@ -45,9 +45,9 @@ def another_zero(
 ) -> AnotherZero:
     """Refuse a record of which one channel jumps from a row on, as no press does, or tell of it where some of it can be used.
 
-    A counter that overflowed and a capacitance of another range or offset are refused. A zero that was set anew is noted with
-    its row, as rows of one zero can be used together. Of a channel that leaves its course and comes back the rows between are
-    left out. A unit that stands in the file and that the user says once more settles it.
+    A counter that overflowed, a range or a sign that changed and a capacitance of another offset are refused. A zero that was
+    set anew is noted with its row, as rows of one zero can be used together. Of a channel that leaves its course and comes back
+    the rows between are left out. A unit that stands in the file and that the user says once more settles it.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def another_zero(
         if not jumps:
             continue
         confirmed = is_confirmed(sheet, column.index, column.heading, column.factor, reading)
-        sure = [j for j in jumps if j.kind in (OVERFLOW, ZERO) and not confirmed]
+        sure = [j for j in jumps if j.kind in (OVERFLOW, SCALED, ZERO) and not confirmed]
         for jump in sure if column.quantity in CAPACITANCES else ():
             if jump.back:
                 rows = [r for r in range(jump.row, jump.back) if np.isfinite(values[column.quantity][r])]
                 why = _why_lost(sheet, column, jump.last, jump.row, jump.why)
                 told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows, why))
-        wrong = [j for j in sure if j.kind == OVERFLOW and not j.back]
+        wrong = [j for j in sure if j.kind in (OVERFLOW, SCALED) and not j.back]
         if wrong:
             quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
             advice = (
@@ -156,5 +156,10 @@ def _in_words(
     alone = f", which {others} do{'es' if len(set(others.split(' and '))) == 1 else ''} not show" if others else ""
     place = f'"{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}'
     unit = unit_in_words(sheet, column.index, column.heading, reading)
+    if first.kind == SCALED:
+        return (
+            f'column "{sheet.names[column.index]}": from this line on the readings are {first.factor:.2g} times what '
+            f"those above go on as ({place}){alone}{more}: {first.why}"
+        )
     size = f"{first.size / column.factor:.5g} {unit}".rstrip()
     return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'

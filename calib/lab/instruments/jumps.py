@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from calib.lab.instruments.explained import beside as held_beside
+from calib.lab.instruments.followed import followed
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.spikes import last_step, noise_of
 from models.sensor import BoolArray, FloatArray
@@ -63,8 +64,8 @@ _IN_CONTACT = 0.2
 _BACK, _LOST = 0.2, 0.2
 
 
-#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened.
-OVERFLOW, ZERO, OPEN = "overflow", "zero", "open"
+#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened; another scale.
+OVERFLOW, ZERO, OPEN, SCALED = "overflow", "zero", "open", "scaled"
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,10 @@ class Jump:
     ----------
     row, last : the first row behind it, and the last before.
     size : by how much, in the unit of the readings.
-    kind : OVERFLOW or ZERO, if it cannot have happened; else OPEN.
+    kind : OVERFLOW, ZERO or SCALED, if it cannot have happened; else OPEN.
     why : what it may be, for people.
     back : the row from which on the channel is on its course again; 0 if it stays.
+    factor : by which the readings are multiplied from there on, if SCALED; else 1.
     """
 
     row: int
@@ -86,6 +88,7 @@ class Jump:
     kind: str
     why: str
     back: int = 0
+    factor: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,9 +298,12 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             judged = _JUDGES[quantity](
                 course, i, rest, {q: _resampled(values[q], course, driven=others[q].driven) for q in others}, pause
             )
+            factor = 1.0
+            if quantity not in CAPACITANCES:
+                judged, factor = _or_scaled(judged, quantity, course, i, alone, {q: c.y for q, c in beside.items()}, pause)
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
-                jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged))
+                jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged, factor=factor))
         jumps = _with_returns(jumps, course) if quantity in CAPACITANCES else _as_one(jumps)
         if jumps:
             found[quantity] = jumps
@@ -366,6 +372,7 @@ _ANEW = "its zero was set anew there"
 _COUNTER = "a counter that overflowed"
 _SLIP = "a slip, a pull-off, or another zero of the load cell"
 _METER = "a meter's range or offset that changed, or a counter that overflowed"
+_RANGE, _SIGN = "a range, a unit or a gain that changed", "a sign that changed"
 _NONE = np.zeros(0, dtype=np.int64)
 
 
@@ -411,6 +418,29 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     scaled = does == "other" and _is_scaled(course, i, at) and witness.moves(i, _NONE) == "on"
     return (OPEN, f"another range of the load cell, or {_SLIP}") if scaled else (OPEN, _SLIP) if does == "rests" else None
+
+
+def _or_scaled(
+    judged: _Judged | None,
+    quantity: str,
+    course: _Course,
+    i: int,
+    alone: IntArray,
+    beside: Mapping[str, FloatArray],
+    pause: bool,
+) -> tuple[_Judged | None, float]:
+    """What a jump of a place or a load is, and the factor: another range or sign where the curve behind it is a multiple."""
+    found = followed(course.y, beside, i, alone)
+    if found is None or found.kind == "shifted":
+        return judged, 1.0
+    # A load may fall to a part of itself, as by a slip, unless a capacitance would show it.
+    may_slip = quantity == "force" and 0 < found.factor < 1 and not found.by & set(CAPACITANCES)
+    if found.kind and not pause and not may_slip:
+        return (SCALED, _SIGN if found.factor < 0 else _RANGE), found.factor
+    or_range = f", or from there on they are {found.factor:.2g} times what they were"
+    if judged is not None and judged[0] == ZERO:
+        return (ZERO, f"{judged[1]}{or_range}"), 1.0
+    return judged, 1.0
 
 
 def _set_to_zero(course: _Course, at: IntArray, ball: FloatArray, ball_noise: float) -> BoolArray:
@@ -486,7 +516,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
 
 def _as_one(jumps: list[Jump]) -> list[Jump]:
     """Jumps of a place or a load: of the whole range again and again, by as much, as a counter's; open if by other amounts."""
-    sure = [j for j in jumps if j.kind != OPEN]
+    sure = [j for j in jumps if j.kind in (OVERFLOW, ZERO)]
     if len(sure) < 2:
         return jumps
     sizes = np.abs([j.size for j in sure])
@@ -495,7 +525,7 @@ def _as_one(jumps: list[Jump]) -> list[Jump]:
         return [replace(j, kind=OVERFLOW, why=_COUNTER) if j in sure else j for j in jumps]
     if len(sure) <= _FEW:
         return jumps
-    return [replace(j, kind=OPEN, why="another zero, or steps that no other column shows") for j in jumps]
+    return [replace(j, kind=OPEN, why="another zero, or steps that no other column shows") if j in sure else j for j in jumps]
 
 
 def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
