@@ -255,10 +255,10 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults = [*zeros.faults] or only_changes(sheet, usable, places, reading)
     if not faults and "time" in usable:
         faults = begins_anew(sheet, places["time"], usable["time"])
-    against = told_otherwise(sheet, columns, usable, notation.decimal, reading)
-    if faults := faults or [*against.faults]:
+    contradicted = told_otherwise(sheet, columns, usable, notation.decimal, reading)
+    if faults := faults or [*contradicted.faults]:
         raise InputError(_with_a_way_out(faults, choice.chosen))
-    notes += against.notes
+    notes += contradicted.notes
     notes += [*still.notes, *zeros.notes]
     for left_out in (contradicting, still.lost, zeros.lost):
         for quantity, lost in left_out.items():

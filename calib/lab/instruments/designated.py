@@ -72,7 +72,9 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
         # A letter with a channel and a unit is its quantity: "C CH1 (pF)"; one with a model may be of a specimen.
         lettered = heading.letter or len(heading.name) == 1
         of_channel = re.split(r"[\s.#\d-]", words.lower())[0] in CHANNELS
-        doubtful = heading.name_doubt or heading.unit_doubt or heading.index or heading.processed or (lettered and not of_channel)
+        doubtful = (
+            heading.name_doubt or heading.unit_doubt or heading.index or heading.processed or (lettered and not of_channel)
+        )
         fits = heading.quantity in NEEDS_UNIT and is_unit_of(unit, heading.quantity)
         return (heading, words) if fits and not doubtful else None
     if [part for part in left if part != unit] or not any(part.lower() in MAKERS for part in parts):

@@ -155,9 +155,7 @@ def _names_exchanged(sheet: Sheet, values: Mapping[str, FloatArray], places: Map
     if force.size < _FEWEST or float(np.min(force)) <= _NEVER_NEAR_ZERO * float(np.max(force)):
         return ""
     own, other = places["force"], index
-    columns = [
-        Choice("columns", (sheet.name_for_asking(i),), q) for q, i in (("force", other), ("capacitance", own))
-    ]
+    columns = [Choice("columns", (sheet.name_for_asking(i),), q) for q, i in (("force", other), ("capacitance", own))]
     units = [
         Choice("units", (sheet.unit_written(i) or unit,), q)
         for q, i, unit in (("force", own, "N"), ("capacitance", other, "pF"))

@@ -40,40 +40,58 @@ _UNITS: Mapping[str, tuple[str, ...]] = {
 _NUMBER = r"(?<!\w)(?<!\d[.,])(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
 # "Test speed: 0.1 mm/s", "Rate 1","0.1","mm/s", "Sampling interval [ms];20", "C0 97.1 pF".
 _TOLD = tuple(
-    re.compile(rf"(?P<name>[^:=\t;|]*?[^\W\d][^:=\t;|]*?){between}{_NUMBER}(?:[\s\"';,\t|]*(?P<unit>[^\s\d;,\t|\"'][^\s;,\t|\"']*))?")
+    re.compile(
+        rf"(?P<name>[^:=\t;|]*?[^\W\d][^:=\t;|]*?){between}{_NUMBER}"
+        rf"(?:[\s\"';,\t|]*(?P<unit>[^\s\d;,\t|\"'][^\s;,\t|\"']*))?"
+    )
     for between in (r"[\s\"']*[:=;,\t|]+[\s\"':=;,\t|]*", r"\s+")
 )
 _UNIT_IN_NAME = re.compile(r"(?P<name>.*?)[\s,]*(?:[(\[](?P<inside>[^()\[\]]+)[)\]]|,\s*(?P<behind>\S+))\s*")
 _SPEED = re.compile(
-    r"speed|velocity|\brate\b(?! \w*(?:load|force))|geschw|vitesse|velocidad|velocit[àa]|velocidade|snelheid|prędkość|hastighet|速度", re.I
+    r"speed|velocity|\brate\b(?! \w*(?:load|force))|geschw|vitesse|velocidad|velocit[àa]|velocidade|snelheid|"
+    r"prędkość|hastighet|速度",
+    re.I,
 )
 _SAMPLED = re.compile(
     r"sampl|acqui|abtast|messrate|erfass|\bdata\b|\blog|scan rate|record|échantillon|muestreo|campion|amostr|采样|サンプ", re.I
 )
 _RATE = re.compile(r"rate|freq|\bfs\b|takt", re.I)
 _INTERVAL = re.compile(r"interval|period|\bstep|schritt|time|zeit|takt|pas\b", re.I)
-_MOST = re.compile(r"(?<![^\W_])(?:max(?:\.|im\w*)?|peak|höchst\w*|spitzen\w*|f[ _-]?max|massim\w*|máxim\w*|pico|picco)(?![^\W_])|最大|max(?=[a-z]* ?(?:force|load|kraft))", re.I)
-_AT_REST = re.compile(
-    r"(?<![\w/])c[ _]?0(?![\w/.])|(?:initial|baseline|rest(?:ing)?|unloaded|unpressed) capacit|(?:anfangs|grund|ruhe|ausgangs)kapazit|"
-    r"capacité (?:initiale|au repos)|capacidad inicial|capacità iniziale", re.I
+_MOST = re.compile(
+    r"(?<![^\W_])(?:max(?:\.|im\w*)?|peak|höchst\w*|spitzen\w*|f[ _-]?max|massim\w*|máxim\w*|pico|"
+    r"picco)(?![^\W_])|最大|max(?=[a-z]* ?(?:force|load|kraft))",
+    re.I,
 )
-_LASTED = re.compile(r"duration|dauer|durée|duración|durata|duração|elapsed|(?:test|total|run|prüf|gesamt)[ _-]?(?:time|zeit)\b", re.I)
+_AT_REST = re.compile(
+    r"(?<![\w/])c[ _]?0(?![\w/.])|(?:initial|baseline|rest(?:ing)?|unloaded|unpressed) capacit|(?:anfangs|"
+    r"grund|ruhe|ausgangs)kapazit|"
+    r"capacité (?:initiale|au repos)|capacidad inicial|capacità iniziale",
+    re.I,
+)
+_LASTED = re.compile(
+    r"duration|dauer|durée|duración|durata|duração|elapsed|(?:test|total|run|prüf|gesamt)[ _-]?(?:time|zeit)\b", re.I
+)
 # What is said in another sense: of another stretch, of the instrument, or of what may be.
 _OTHERWISE = re.compile(
-    r"limit|capacity|load ?cell|allowed|permi|admis|zulässig|grenz|range|bereich|rating|rated|nenn|nomin|safe|overload|stop|end ?(?:of|at)|abbruch|abschalt|"
-    r"full ?scale|thresh|schwelle|trigger|pre[ -]?(?:load|test|speed)|vor(?:kraft|last|lauf)|anfahr|approach|contact|return|retract|unload|"
-    r"rück|entlast|zurück|retour|jog|position|tare|tara|hold|halte|dwell|pause|delay|wait|warte|relax|pre-?cond|target|soll|ziel|"
+    r"limit|capacity|load ?cell|allowed|permi|admis|zulässig|grenz|range|bereich|rating|rated|nenn|nomin|safe|"
+    r"overload|stop|end ?(?:of|at)|abbruch|abschalt|"
+    r"full ?scale|thresh|schwelle|trigger|pre[ -]?(?:load|test|speed)|vor(?:kraft|last|lauf)|anfahr|approach|"
+    r"contact|return|retract|unload|"
+    r"rück|entlast|zurück|retour|jog|position|tare|tara|hold|halte|dwell|pause|delay|wait|warte|relax|"
+    r"pre-?cond|target|soll|ziel|"
     r"set ?point|baud|fan|scroll|display|filter|resol|accura|toler|uncert|date|datum|created|printed|start|shutter|strain|dehn|"
     r"per (?:cycle|step)|calib|kalib|stray|cable|reference|break|bruch|yield|motor|steps|sensor",
     re.I,
 )
-_BY_TIME = re.compile(r"(?P<length>[^\s/·*.^⁻-]+)\s*(?:/|per |·|\*|\.| )\s*(?P<time>s|sec|second|min|minute|h|ms)(?:\^?-1|⁻¹)?", re.I)
+_BY_TIME = re.compile(
+    r"(?P<length>[^\s/·*.^⁻-]+)\s*(?:/|per |·|\*|\.| )\s*(?P<time>s|sec|second|min|minute|h|ms)(?:\^?-1|⁻¹)?", re.I
+)
 _OFTEN = re.compile(r"(?P<thousand>[kM]?)(?:Hz|S/s|sps|1/s|/s|samples/s|samples/sec|pts/s|points/s|s\^?-1)")
 
 
 @dataclass(frozen=True)
 class _Told:
-    """One setting or result: what it is of, its number in SI, the line and words, and the unit that it is said in, with its size."""
+    """One setting or result: what it is of, its number in SI, line and words, and the unit it is said in, with its size."""
 
     kind: str
     value: float
@@ -108,7 +126,7 @@ def told_otherwise(
     decimal : the decimal mark of the readings.
     reading : a unit that is said once more is not doubted.
     """
-    lines = {number: line for number, line in enumerate(sheet.prelude, 1)} | dict(sheet.beside)
+    lines = dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside)
     told = [found for number, line in sorted(lines.items()) if (found := _told_in(line, number, decimal)) is not None]
     notes: list[str] = []
     faults: list[Fault] = []
@@ -216,7 +234,15 @@ def _told_in(line: str, number: int, decimal: str) -> _Told | None:
     if not value:
         return None
     figures = len(re.sub(r"[eE].*|\D", "", written).strip("0"))
-    return _Told(kind, 1 / (value * size) if shown == "Hz" else value * size, number, _shown(line), *_as_shown(shown, size), figures, shown == "Hz")
+    return _Told(
+        kind,
+        1 / (value * size) if shown == "Hz" else value * size,
+        number,
+        _shown(line),
+        *_as_shown(shown, size),
+        figures,
+        shown == "Hz",
+    )
 
 
 def _shown(line: str) -> str:
