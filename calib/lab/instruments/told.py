@@ -18,7 +18,7 @@ from calib.lab.instruments.unit_choice import unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from models.sensor import FloatArray
 
-_LONGEST = 200
+_LONGEST = 120
 # What is told and what was read agree within such a factor.
 _AGREE = 3.0
 # How near a factor must come to one between units: of what is met exactly, and of what is only near it, such as a speed.
@@ -41,7 +41,7 @@ _NUMBER = r"(?<!\w)(?<!\d[.,])(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
 # "Test speed: 0.1 mm/s", "Rate 1","0.1","mm/s", "Sampling interval [ms];20", "C0 97.1 pF".
 _TOLD = tuple(
     re.compile(
-        rf"(?P<name>[^:=\t;|]*?[^\W\d][^:=\t;|]*?){between}{_NUMBER}"
+        rf"(?P<name>(?=[^:=\t;|]*[^\W\d])[^:=\t;|]+?){between}{_NUMBER}"
         rf"(?:[\s\"';,\t|]*(?P<unit>[^\s\d;,\t|\"'][^\s;,\t|\"']*))?"
     )
     for between in (r"[\s\"']*[:=;,\t|]+[\s\"':=;,\t|]*", r"\s+")
@@ -213,7 +213,7 @@ def _may_be_chosen(told: _Told, measured: Sequence[float]) -> bool:
 
 def _told_in(line: str, number: int, decimal: str) -> _Told | None:
     """What a line tells, None if nothing that can be held against readings."""
-    if len(line) > _LONGEST or _OTHERWISE.search(line):
+    if len(line) > _LONGEST or not any(map(str.isdigit, line)) or _OTHERWISE.search(line):
         return None
     text = line.strip().lstrip("#%* \"'\ufeff").strip()
     match = next((m for pattern in _TOLD if (m := pattern.match(text)) is not None), None)
