@@ -39,6 +39,7 @@ from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
+from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
     contradicts,
     source_of_column,
@@ -254,8 +255,10 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     faults = [*zeros.faults] or only_changes(sheet, usable, places, reading)
     if not faults and "time" in usable:
         faults = begins_anew(sheet, places["time"], usable["time"])
-    if faults:
+    contradicted = told_otherwise(sheet, columns, usable, notation.decimal, reading)
+    if faults := faults or [*contradicted.faults]:
         raise InputError(_with_a_way_out(faults, choice.chosen))
+    notes += contradicted.notes
     notes += [*still.notes, *zeros.notes]
     for left_out in (contradicting, still.lost, zeros.lost):
         for quantity, lost in left_out.items():

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record, tidy, without_brackets
 from calib.lab.instruments.instrument_words import APART, instrument_words
-from calib.lab.instruments.lexicon import MAKERS
+from calib.lab.instruments.lexicon import CHANNELS, MAKERS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
@@ -69,7 +69,12 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
         return None
     heading = understand(" ".join([*left, *(f"({bracket})" for bracket in brackets)]), below) if left else None
     if heading is not None:
-        doubtful = heading.name_doubt or heading.unit_doubt or heading.index or heading.processed or heading.letter
+        # A letter with a channel and a unit is its quantity: "C CH1 (pF)"; one with a model may be of a specimen.
+        lettered = heading.letter or len(heading.name) == 1
+        of_channel = re.split(r"[\s.#\d-]", words.lower())[0] in CHANNELS
+        doubtful = (
+            heading.name_doubt or heading.unit_doubt or heading.index or heading.processed or (lettered and not of_channel)
+        )
         fits = heading.quantity in NEEDS_UNIT and is_unit_of(unit, heading.quantity)
         return (heading, words) if fits and not doubtful else None
     if [part for part in left if part != unit] or not any(part.lower() in MAKERS for part in parts):

@@ -211,6 +211,8 @@ REMARKS = QUALIFIERS | _set(
     "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
     "down up calibrated auto medium slow fast"
 )
+#: What measures a place, and may stand beside it in a name: `displacement crosshead`, `LVDT displacement`.
+SENSORS = _set("crosshead lvdt dvrt extensometer encoder laser traverse")
 #: Words before the number of a channel of an amplifier or a board: `ch1`, `AI 1`.
 CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang 通道 채널")
 #: Who makes load cells, displacement sensors and meters: `Kistler 9207 [N]`.

@@ -6,7 +6,17 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from calib.lab.instruments.lexicon import COMMANDED, DERIVED, NAMES, PROCESSED, QUALIFIERS, RELATIVE, SECOND, STATISTIC
+from calib.lab.instruments.lexicon import (
+    COMMANDED,
+    DERIVED,
+    NAMES,
+    PROCESSED,
+    QUALIFIERS,
+    RELATIVE,
+    SECOND,
+    SENSORS,
+    STATISTIC,
+)
 from calib.lab.instruments.units import is_unit_of
 
 #: Ranks below are of names that stand in the lists of names; words, numbers or letters beside a name put it behind these.
@@ -59,6 +69,10 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
     if plain:
         yield from plain
         return
+    turned = _turned(name)
+    if turned:
+        yield from turned
+        return
     twice = list(_in_two_languages(name.split("/"), (*inside, unit_below))) if "/" in name else []
     if twice:
         yield from twice
@@ -101,6 +115,17 @@ def is_channel(name: str) -> bool:
     (True, False)
     """
     return _CHANNEL.match(name) is not None
+
+
+def _turned(name: str) -> list[Meaning]:
+    """What a name means whose sensor stands beside the word for a place: "displacement crosshead", "lvdt displacement"."""
+    parts = name.split(" ")
+    if len(parts) < 2 or not {parts[0], parts[-1]} & SENSORS:
+        return []
+    sensor, place = (parts[-1], " ".join(parts[:-1])) if parts[-1] in SENSORS else (parts[0], " ".join(parts[1:]))
+    of_place = [m for m in plain_meanings(place) if m.quantity == "displacement"] if len(place) > 1 else []
+    named = [*plain_meanings(f"{sensor} {place}"), *plain_meanings(sensor)]
+    return [m for m in named if m.quantity == "displacement"][:1] if of_place else []
 
 
 def _in_two_languages(names: Sequence[str], units: Sequence[str]) -> Iterator[Meaning]:

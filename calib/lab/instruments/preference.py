@@ -383,7 +383,7 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
         return Remarks()
     for index in range(len(sheet.names)):
         heading = sheet.plain_heading(index)
-        if index == asked or heading.quantity != "time" or max(own.rank, heading.rank) < PLAIN:
+        if index == asked or index in sheet.set_aside or heading.quantity != "time" or max(own.rank, heading.rank) < PLAIN:
             continue
         one, other = (
             c.values for c in _with_values(sheet, [PossibleColumn(asked, own), PossibleColumn(index, heading)], reading)

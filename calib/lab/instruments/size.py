@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
@@ -20,6 +20,10 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 #: The same for instruments of nanometres and micronewtons (`Reading.scale` "micro").
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
+# A capacitance may be larger than this only if its unit is said once more.
+_LARGE = 1e-6
+# A force that stays within such a share of its largest reading is none of a press that begins without contact.
+_NEVER_NEAR_ZERO = 0.5
 # A capacitance is a change of one if its smallest reading, but for such a share of them, is so small beside its largest.
 _FEWEST, _FEW, _OF_A_SENSOR = 12, 0.1, 0.1
 # What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
@@ -46,10 +50,14 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
         size = np.where(np.isfinite(size), size, 0.0)
         row = int(np.argmax(size))
         top = float(size[row])
+        shown = IN_PLACE_OF.get(quantity, quantity)
+        said_again = bool({quantity, shown} & set(reading.units))
+        high = _LARGE if shown == "capacitance" and not said_again else high
         if top == 0.0 or low <= top <= high:
             continue
-        unit = f"--units {IN_PLACE_OF.get(quantity, quantity)}=..."
-        advice = f"Check its unit; say the right one by {unit}"
+        advice = f"Check its unit; say the right one by --units {shown}=..."
+        if shown == "capacitance" and _LARGE < top <= limits[quantity][1]:
+            advice += f"; if it is right, say it once more: --units {shown}={sheet.unit_written(places[quantity]) or 'F'}"
         if top < low and top >= MICRO[quantity][0] and reading.scale != "micro":
             advice += ". If the instrument measures nanometres and micronewtons: --scale micro"
         name = sheet.names[places[quantity]]
@@ -124,6 +132,10 @@ def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping
             continue
         row = int(np.nanargmin(values[quantity]))
         index = places[quantity]
+        advice = _names_exchanged(sheet, values, places, index) or (
+            "Export what the meter read, without a reference or an offset taken off; if it is all of it, say its "
+            "unit once more: --units capacitance=...; or leave it out: --columns capacitance=none"
+        )
         return [
             Fault(
                 f'column "{sheet.names[index]}" goes from {low:.3g} to {high:.3g} F, which no sensor does that is pressed: it '
@@ -131,11 +143,28 @@ def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping
                 sheet.text.path,
                 int(sheet.lines[row]),
                 index + 1,
-                advice="Export what the meter read, without a reference or an offset taken off; if it is all of it, say its "
-                "unit once more: --units capacitance=...; or leave it out: --columns capacitance=none",
+                advice=advice,
             )
         ]
     return []
+
+
+def _names_exchanged(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], index: int) -> str:
+    """What to do where the force stays as far from zero as a capacitance does: the two may bear each other's names."""
+    force = values["force"][np.isfinite(values["force"])] if "force" in values else np.zeros(0)
+    if force.size < _FEWEST or float(np.min(force)) <= _NEVER_NEAR_ZERO * float(np.max(force)):
+        return ""
+    own, other = places["force"], index
+    columns = [Choice("columns", (sheet.name_for_asking(i),), q) for q, i in (("force", other), ("capacitance", own))]
+    units = [
+        Choice("units", (sheet.unit_written(i) or unit,), q)
+        for q, i, unit in (("force", own, "N"), ("capacitance", other, "pF"))
+    ]
+    return (
+        f'"{sheet.names[own]}" goes from {np.min(force):.4g} to {np.max(force):.4g} N and is never near zero, as a capacitance '
+        f"is not: the two seem to have each other's names. If so: {' '.join(map(str, (*columns, *units)))}; if not, take the "
+        "weight off the force and export what the meter read, without a reference taken off"
+    )
 
 
 def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:

@@ -66,6 +66,11 @@ _CAPACITY = re.compile(
 _FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
+# Of which run or specimen a column is, behind its unit: "Time (s) S1", "Force [N] run 2".
+_OF_A_RUN = re.compile(
+    r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
+    re.IGNORECASE,
+)
 # A function of what was measured.
 _FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
@@ -260,7 +265,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
-    cell = tidy(cell)
+    cell = _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell))
     if spelled := spelled_unit(cell):
         quantity, written = spelled
         unit, doubt = _unit_of(quantity, [written], unit_below)
