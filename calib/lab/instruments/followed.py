@@ -26,8 +26,8 @@ _MOVES = 6.0
 _FITS, _NO_JUMP = 0.05, 4.0
 # Multiples that are told from the same and from none, and how far off -1 one of another sign may be.
 _LEAST, _MOST, _MIRROR = 1.1, 5.0, 1.2
-# So near -1 it is no chance.
-_OPPOSITE = 0.05
+# So near -1 it is no chance, of a load above such a share of the largest.
+_OPPOSITE, _PRESSED = 0.05, 0.1
 # Multiples that are tried, beside that of the readings next to the jump, twice, the second time as much nearer.
 _TRIED, _AROUND = 41, 0.5
 # So that a curve over few places has a solution.
@@ -92,8 +92,9 @@ def followed(y: FloatArray, witnesses: Mapping[str, FloatArray], i: int, jumps: 
     likelier = max(f.multiple.likelier(f.shifted) for _, f in good)
     by = frozenset(q for q, f in good if f.multiple.likelier(f.shifted))
     kind = "shifted" if likelier < _CONTRADICTED * shifted else "multiple" if shifted < _CONTRADICTED * likelier else ""
-    # That a new zero turns readings into their opposite would be chance.
-    if not kind and any(abs(f.factor + 1) < _OPPOSITE for _, f in good):
+    # That a new zero turns readings into their opposite would be chance; a ball that sticks and snaps off may do so, near none.
+    pressed = abs(float(y[i])) > _PRESSED * float(np.max(np.abs(y)))
+    if not kind and pressed and any(abs(f.factor + 1) < _OPPOSITE for _, f in good):
         kind, by = "multiple", frozenset(q for q, _ in good)
     # The widest windows tell the two apart, those in which a curve bends the least the factor.
     best = min((f for q, f in good if q in by or not by), key=lambda f: f.multiple.missed / np.sqrt(f.multiple.n))

@@ -22,8 +22,8 @@ _NUMBER = rf"(?:{_COLUMN})?\.?[ #_]*[\[(]?{{k}}(?:[\])]?\s*[:=)\]]|\.(?!\d)|\s-)
 _ALONE = re.compile(
     rf"^(?:{_COLUMN})?\.?[ #_]*[\[(]?(?P<k>\d{{1,2}})[\])]?\s*(?:[:=.)–-]\s*|\s+)(?P<name>[^\d\s].*)$", re.IGNORECASE
 )
-# Letters of a name in a list.
-_LONGEST = 80
+# Letters of a name in a list, and of a list in one line.
+_LONGEST, _LONGEST_LIST = 80, 4000
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,8 @@ def _lists(text: LabText, rows: int) -> Iterator[tuple[int, int, list[str]]]:
 
 def _in_one_line(line: str) -> list[str]:
     """The names between numbers that follow each other in a line that begins with the first of them; [] without such."""
+    if len(line) > _LONGEST_LIST:
+        return []
     for start in (0, 1):
         ends: list[tuple[int, int]] = []
         at = 0
