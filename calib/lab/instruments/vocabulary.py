@@ -263,6 +263,8 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
 @lru_cache(maxsize=4096)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
+    if len(cell) > _LONGEST:
+        return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
     cell = _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell))
@@ -270,7 +272,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         quantity, written = spelled
         unit, doubt = _unit_of(quantity, [written], unit_below)
         return Heading(quantity, len(NAMES[quantity]), words(cell), unit, unit_doubt=doubt)
-    cut = without_brackets(cell) if len(cell) <= _LONGEST else None
+    cut = without_brackets(cell)
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
     brackets = tuple(part for bracket in cut[1] for part in parted(bracket))
