@@ -25,7 +25,7 @@ from calib.lab.instruments.no_time import note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
-from calib.lab.instruments.other_clock import of_another_clock
+from calib.lab.instruments.other_clock import of_another_clock, second_clock
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -193,7 +193,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
-    faults += of_another_clock(sheet, places)
+    faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
         faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)

@@ -8,12 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.rivals import readings
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.rivals import difference, readings
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from models.sensor import FloatArray
 
 # Columns of one clock end within such a share of the rows; a clock has so many readings at least, and moves in such a share.
 _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
+# Two clocks of one record go on for about as long.
+_NEARLY = 0.5
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 
 
@@ -52,6 +56,49 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
         advice = f"Save the columns of each clock in a file of their own, or leave these out: {without}"
         line = int(sheet.lines[n]) if n < len(sheet.lines) else None
         return [Fault(message, sheet.text.path, line, index + 1, advice=advice, choice=without)]
+    return []
+
+
+def second_clock(
+    sheet: Sheet, places: Mapping[str, int], values: Mapping[str, FloatArray], unread: Mapping[int, str], reading: Reading
+) -> list[Fault]:
+    """Refuse press and capacitance of one time where a column under another name may be the time that one of them was read at.
+
+    That is a column in a unit of time that goes up from row to row about as far as the time does, and is not the same.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    values : quantity -> readings in SI, (n_row,).
+    unread : index -> why a column is not read.
+    reading : what the user says of the file.
+    """
+    said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
+    of_two = "capacitance" in values and bool({"force", "displacement"} & set(values))
+    if "time" not in values or not of_two or "capacitance" in said or said >= {"force", "displacement"}:
+        return []
+    own = values["time"]
+    for index, name in enumerate(sheet.names):
+        unit, why = sheet.unit_written(index), unread.get(index, "not understood")
+        if index in places.values() or index in sheet.set_aside or not why.startswith(("not understood", "two units")):
+            continue
+        if not unit or not is_unit_of(unit, "time"):
+            continue
+        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time")], sheet.declared_decimal)
+        steps, spans = np.diff(other), [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
+        if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not _NEARLY * spans[0] < spans[1] < spans[0] / _NEARLY:
+            continue
+        if difference(own, other)[0] == "same":
+            continue
+        taken = sheet.names[places["time"]]
+        either = Choice("columns", tuple(sheet.name_for_asking(i) for i in sorted((places["time"], index))), "time")
+        advice = (
+            "Save the records of two instruments as two files, or leave out what was not read at the time that is meant "
+            f"({Choice('columns', ('none',), 'capacitance')}) and say which one that is: {either}"
+        )
+        message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
+        return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
 
 
