@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record
-from calib.lab.instruments.lexicon import NAMES
+from calib.lab.instruments.lexicon import NAMES, UNIT_WORDS
 from calib.lab.instruments.units import IN_PLACE_OF, UNITS_WITHOUT_BLANKS, is_unit_of, lab_factor, mended, unit_by_stem
 
 _LONGEST = 500
@@ -98,46 +98,6 @@ _SETTINGS = {
         re.I,
     ),
 }
-# Units that are words or letters of a language, too.
-_WORDS = frozenset(
-    (
-        *(
-            "in",
-            "min",
-            "mil",
-            "mils",
-            "thou",
-            "day",
-            "days",
-            "second",
-            "seconds",
-            "foot",
-            "feet",
-            "pound",
-            "pounds",
-            "hour",
-            "hours",
-        ),
-        *(
-            "tag",
-            "tage",
-            "jour",
-            "jours",
-            "stunde",
-            "minute",
-            "minutes",
-            "minuto",
-            "sec",
-            "gr",
-            "kip",
-            "oz",
-            "pond",
-            "hora",
-            "ore",
-        ),
-        *("dni", "dia", "ft", "mp", "sn", "us", "kilo", "kilos"),
-    )
-)
 _LETTERS = {"force": "f", "displacement": "xzdhs", "capacitance": "c", "time": "t"}
 _MARKS = re.compile(r"[\t;|,、，]")
 
@@ -232,7 +192,7 @@ def _is_of_readings(text: str, unit: _Named, quantity: str, *, named: bool, wron
     )
     if unit.text.lower() == "in" and re.match(r"\s+[^\W\d]", text[unit.end :]):
         return False  # "is in inches"
-    if len(unit.text) == 1 or unit.text.lower() in _WORDS:
+    if len(unit.text) == 1 or unit.text.lower() in UNIT_WORDS:
         return said and (named or letter)
     speaks = named or letter or wrong or _UNIT_WORD.search(text) is not None or (said and _ALL.search(text) is not None)
     return speaks or (said and quantity in ("force", "capacitance"))

@@ -274,6 +274,11 @@ SAYS_OF_ROW = _set("status flag flags remark remarks comment comments note notes
 #: What a cell says of a row that is meant, and of one that is not.
 YES = _set("1 true yes y x t ja j oui o sí si s tak wahr vrai vero hi high lo low on + * ! 是")
 NO = _set("0 false no n f ng nok nein non nie falsch faux falso - bad poor invalid fail failed reject rejected schlecht 否")
+#: Units that are words of a language, too, or a part of another name.
+UNIT_WORDS = _set(
+    "in min mil mils thou day days second seconds foot feet pound pounds hour hours tag tage jour jours stunde minute minutes "
+    "minuto sec gr kip oz pond hora ore dni dia ft mp sn us kilo kilos"
+)
 #: Words by which a testing machine says what it does, in a column of its status.
 OF_TESTERS = _set(
     "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "

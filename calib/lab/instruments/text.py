@@ -26,10 +26,10 @@ _LONGEST_LINE = 20_000
 # A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
 _HEAD, _BREAKS = 60, 40
-# The exponent of a number in double precision as Fortran writes it, 1.25D-02.
 # Blanks at which no line is broken, beside a delimiter, where they pad a cell; between digits they set thousands apart.
 _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
+# The exponent of a number in double precision as Fortran writes it, 1.25D-02.
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 # A byte order mark of UTF-8, as it stands in a text that was read in another encoding and written in UTF-8.
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
