@@ -73,6 +73,8 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings |= by_cells
     by_axis = _x_alone(sheet, headings, unread)
     headings |= by_axis
+    by_unit = sheet.alone_in_unit()
+    headings = {i: h for i, h in headings.items() if i not in by_unit or i in sheet.assigned or _goes_with(sheet, i, headings)}
     by_quantity: dict[str, list[PossibleColumn]] = {}
     for index, heading in headings.items():
         by_quantity.setdefault(heading.quantity, []).append(PossibleColumn(index, heading))
@@ -92,8 +94,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             chosen[quantity] = best.index, best.heading
             notes += [_by_cells_note(sheet, best.index)] if best.index in by_cells else []
             notes += [_BY_AXIS.format(sheet.names[best.index])] if best.index in by_axis else []
+            notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
             faults += _at_rest(sheet, quantity, candidates)
-    notes += _made_records(sheet, chosen, by_cells | by_axis)
+    notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -134,6 +137,25 @@ def _x_alone(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int,
         return {}
     alone = re.fullmatch(r"x(?:\s*[(\[].*|[\s_,/]+\S+)?", sheet.names[lengths[0]].strip(), re.IGNORECASE) is not None
     return {i: heading_as("displacement", sheet.names[i], sheet.unit_below(i)) for i in lengths if alone}
+
+
+def _goes_with(sheet: Sheet, index: int, headings: Mapping[int, Heading]) -> bool:
+    """Whether the readings of a column that is a quantity by its unit alone fit it: a time never falls, others go together."""
+    quantity, values = headings[index].quantity, _alone(sheet, index)
+    if quantity == "time":
+        return holds_clock(sheet.columns[index]) or not (stands_still(values) or goes_back(values))
+    others = [i for i, h in headings.items() if i != index and IN_PLACE_OF.get(h.quantity, h.quantity) in _TOGETHER]
+    ranks = [np.argsort(np.argsort(_alone(sheet, i))) for i in (index, *others)]
+    there = not stands_still(values) and np.isfinite(values).sum() > 2
+    return there and (not others or max(abs(np.corrcoef(ranks[0], rank)[0, 1]) for rank in ranks[1:]) > 0.5)
+
+
+_TOGETHER = ("displacement", "force", "capacitance")
+
+
+def _by_unit_note(sheet: Sheet, index: int, quantity: str) -> str:
+    name, unit = sheet.names[index], sheet.unit_written(index) or sheet.names[index]
+    return f'{quantity} is taken from "{name}", the only column in {unit}: if it is something else, --columns {quantity}=none'
 
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from calib.errors import Fault
+from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import AS_FOUND, Reading
@@ -94,6 +95,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
                 known = known or list(designated(tuple(cells), ("",) * len(cells)))
+                known = known or _known_by_units(text.lines, index, cells, delimiter)
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2
@@ -125,6 +127,27 @@ def _fits_rows(width: int, below: Sequence[str], delimiter: str) -> bool:
     rows = ([cell for cell in split_line(line, delimiter) if cell] for line in below)
     first = next((r for r in rows if len(r) > 1 and all(is_numeric(c) or is_clock(c) or is_missing(c) for c in r)), None)
     return first is None or len(first) in (width, width + 1)
+
+
+def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], delimiter: str) -> list[int]:
+    """The cells that are a quantity by a unit that is theirs alone, in the cell or the next line; none of units below names."""
+    below, above = (
+        split_line(next((line for line in others if line.strip(f" \t{delimiter}")), ""), delimiter)
+        for others in (lines[index + 1 :], reversed(lines[:index]))
+    )
+    named = (
+        len(beside) == len(cells) and all(c and not (is_numeric(c) or is_clock(c)) for c in beside) for beside in (above, below)
+    )
+    if any(map(_unit_alone, cells)) and any(named):
+        return []
+    units = tuple(map(_unit_alone, below)) if len(below) == len(cells) else ("",) * len(cells)
+    return list(alone_in_unit(tuple(cells), units))
+
+
+def _unit_alone(cell: str) -> str:
+    """The unit that is all of a cell, in brackets or not; "" if it is none."""
+    unit = cell.strip(" ()[]")
+    return unit if any(is_unit_of(unit, quantity) for quantity in ("time", "displacement", "force", "capacitance")) else ""
 
 
 def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter: str) -> bool:

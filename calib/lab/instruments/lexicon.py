@@ -95,6 +95,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
+                "cap cp | capacitance cp | c cp",
                 "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
@@ -103,7 +104,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "điện dung | kapasitansi | السعة | धारिता | капацитет | capacitat | kapacitet | kapacitivnost",
             ),
             "capacitance_series": (
-                "cs | series capacitance | cser | cap series | capacitance series | reihenkapazität | serienkapazität",
+                "cs | series capacitance | cser | cap series | capacitance series | cap cs | capacitance cs",
+                "c cs | reihenkapazität | serienkapazität",
                 "capacité série | 串联电容 | 直列容量",
             ),
             "dissipation": (

@@ -12,6 +12,7 @@ from calib.lab.instruments.header import is_same_header
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.unit_cells import with_its_unit
 from calib.lab.instruments.vocabulary import understand
 
 #: Rows of a second table that are too many to be left out as one of results.
@@ -134,6 +135,8 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     if is_same_header(cells, header):
         return "header"
     there = [cells[i] for i in keys if i < len(cells)]
+    if len(there) > 1 and all(map(with_its_unit, there)):
+        return "row"
     numbers = sum(is_numeric(c) or is_clock(c) for c in there)
     nothing = sum(is_missing(c) or is_over_range(c) for c in there)
     first = next((c for c in cells if c), "")

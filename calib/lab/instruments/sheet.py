@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.brackets import tidy, unit_of_capitals, usual_case, without_brackets
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
@@ -121,13 +122,17 @@ class Sheet:
                 if understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given:
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
-        together = together | {i: heading for i, (heading, _) in self.designated().items()}
+        together = together | {i: heading for i, (heading, _) in self.designated().items()} | self.alone_in_unit()
         more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
         return found | more
 
     def designated(self) -> dict[int, tuple[Heading, str]]:
         """The columns that are named by an instrument beside the quantity: cell index -> heading, and the words of it."""
         return designated(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+
+    def alone_in_unit(self) -> dict[int, Heading]:
+        """The columns of names that are not understood, each the only one in a unit: cell index -> heading."""
+        return alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
 
 
 class SeveralSpecimens(InputError):

@@ -14,7 +14,7 @@ from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell
+from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell, with_its_unit
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 
@@ -24,9 +24,6 @@ _ONE_LINE = (
     "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say of every column by its "
     "number what it is, and its unit: --columns force=... --units force=..."
 )
-_NO_UNITS = "Take the units out of the cells, by find and replace, and write each into its name in the header: Load (N)"
-# A cell with a reading and its unit, "0.21 N".
-_WITH_UNIT = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*[^\W\d_]\S{0,5}")
 _OF_RECORD = re.compile(r"\b(?:run|test|trial|specimen|sample|probe|versuch|essai)[ ._#]*(\d+)\b", re.IGNORECASE)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
@@ -70,7 +67,7 @@ def below_header(
         line = without_comment_mark(text.lines[index], delimiter)
         cells = split_line(line, delimiter)
         shown, later = text.lines[index].strip()[:60], [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
-        found = _units(cells, names) if units_line is None else None
+        found = _units(_above_readings(cells, names, later), names) if units_line is None else None
         if index + 1 == text.units_line:
             # Units that are not known stay as they are written: what has one is no quantity, or is refused.
             found = tuple(c.strip() if (own := unit_cell(c)) is None else own.unit for c in cells)
@@ -88,13 +85,20 @@ def below_header(
         elif _titles(cells, names) and delimiter != " ":
             if strict:
                 message = f'"{shown}" stands below the header of line {header + 1} like another header'
-                with_units = sum(_WITH_UNIT.fullmatch(cell) is not None for cell in cells) > 1
-                raise InputError(Fault(message, text.path, index + 1, advice=_NO_UNITS if with_units else _ONE_LINE))
+                raise InputError(Fault(message, text.path, index + 1, advice=_ONE_LINE))
             unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
         else:
             break
         start = index + 1
     return BelowHeader(start, units_line, units, tuple(unread))
+
+
+def _above_readings(cells: Sequence[str], names: Sequence[str], later: Sequence[Sequence[str]]) -> list[str]:
+    """The cells but for those over columns that hold nothing and are none by name, as of results beside a table."""
+    width = max(map(len, later), default=0)
+    holding = [any(k < len(row) and row[k] for row in later) for k in range(width)]
+    empty = {k for k, name in enumerate(names) if not (k < width and holding[k]) and understand(name) is None}
+    return list(cells) if len(later) < 2 else ["" if k in empty else cell for k, cell in enumerate(cells)]
 
 
 def units_above(text: LabText, delimiter: str, header: int, names: Sequence[str]) -> tuple[int, tuple[str, ...]] | None:
@@ -189,7 +193,7 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
 
 
 def _is_reading(cell: str) -> bool:
-    return is_numeric(cell) or is_clock(cell) or is_over_range(cell) or is_missing(cell)
+    return is_numeric(cell) or is_clock(cell) or is_over_range(cell) or is_missing(cell) or with_its_unit(cell)
 
 
 def _counts(cells: Sequence[str], names: Sequence[str]) -> bool:

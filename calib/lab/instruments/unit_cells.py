@@ -28,6 +28,7 @@ _ARITHMETIC = re.compile(
     r"(?:ten|hundred|thousand|million|tausend|hundert|zehn)\w*)\b",
     re.IGNORECASE,
 )
+_READING = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?P<unit>[^\W\d_]\S{0,5})")
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
 _NUMBERED = re.compile(
@@ -74,6 +75,20 @@ def unit_cell(cell: str) -> UnitCell | None:
         return None
     unit, words = beside
     return UnitCell(unit, words) if _changes_nothing(unit, words) else None
+
+
+def with_its_unit(cell: str) -> bool:
+    """Whether a cell is a reading with its unit behind it.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> with_its_unit("-0.0026 N"), with_its_unit("97.1pF"), with_its_unit("3 of them"), with_its_unit("0.5")
+    (True, True, False, False)
+    """
+    match = _READING.fullmatch(cell.strip())
+    return match is not None and looks_like_unit(match["unit"])
 
 
 def begins_with_unit(cell: str) -> bool:

@@ -38,9 +38,11 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {
             "s": "s S sec secs Sec Secs SEC second seconds Seconds sek Sek Sekunden seconde secondes "
-            "segundo segundos secondi sekunda sekundy seg sn saniye mp másodperc sekuntia sekunder с сек 秒 초",
+            "segundo segundos secondi sekunda sekundy seg sn saniye mp másodperc sekuntia sekunder sekund sekondes "
+            "secunde segons sekundės detik giây с сек секунды секунда δευτ δευτερόλεπτα วินาที ثانية ثانیه שניות सेकंड 秒 초",
             "ms": "ms msec msecs mSec MSEC millis millisecond milliseconds Millisekunden millisecondes milisegundos "
             "millisecondi мс 毫秒 ミリ秒 밀리초",
+            "cs": "cs csec centisecond centiseconds Zentisekunden centésimas",
             "us": "us µs usec µsec micros microsecond microseconds Mikrosekunden microsecondes мкс 微秒 マイクロ秒",
             "ns": "ns nsec nanosecond nanoseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",

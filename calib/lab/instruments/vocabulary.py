@@ -49,8 +49,8 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 )
 
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
-# Words that are units of plain numbers within brackets only.
-_NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
+# Words that are units within brackets only: of plain numbers, and centiseconds, which are a series capacitance, too.
+_NO_TAIL = ("x", "#", "-", "1", "none", "cycles", "cs")
 _LONGEST = 120
 # Letters of a name that may be the beginning of a longer one.
 _CUT = 9

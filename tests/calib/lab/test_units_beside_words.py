@@ -124,11 +124,6 @@ def test_a_time_that_is_a_date_says_when_the_record_began(tmp_path: Path, first:
     assert started.date().isoformat() == day
 
 
-def test_readings_with_their_units_in_the_cells_are_refused_with_what_to_do(tmp_path: Path) -> None:
-    cells = [f"{t:.1f} s,{d:.3f} mm,{f:.3f} N" for t, d, f in zip(*PRESS, strict=True)]
-    assert "Take the units out of the cells" in refusal(tmp_path, ["Time,Displacement,Force", *cells])
-
-
 # ----------------------------------------------------------------------------------------------------- words beside units
 
 

@@ -1,0 +1,75 @@
+"""From all names of a header to columns of names that are not understood, each the only one in a unit: `Krag (N)`, `pF`."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+from calib.lab.instruments.brackets import tidy, without_brackets, words_in
+from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE
+from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.together import unit_in
+from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, looks_like_unit
+from calib.lab.instruments.vocabulary import Heading, as_a_record, understand, why_unread
+
+_QUANTITIES = ("time", "displacement", "force", "capacitance")
+# One letter or two may be anything ("dC", "dt"), a number tells one of several, and a Greek letter a change.
+_WORDS = re.compile(r"(?![ΔδΔ∆])(?=[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?", re.IGNORECASE)
+# Scripts of which a word is one letter or two.
+_SIGNS = re.compile(r"[\u0e00-\ud7ff][\u0e00-\ud7ff\s]*")
+
+
+@lru_cache(maxsize=256)
+def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, Heading]:
+    """The columns whose names are words that are not understood, where no other has a unit, or a name, of the quantity.
+
+    A time, a force or a place alone may be anything: two quantities, by names or units, have to be there.
+
+    Parameters
+    ----------
+    names, below : of all columns, and the units below them, "" where there is none.
+
+    Returns
+    -------
+    Index of a column -> what it is by its unit.
+
+    >>> found = alone_in_unit(("Tyd (s)", "Verplasing (mm)", "Krag (N)", "Load (V)"), ("",) * 4)
+    >>> [(index, heading.quantity) for index, heading in found.items()]
+    [(0, 'time'), (1, 'displacement')]
+    >>> alone_in_unit(("Krag (N)", "Wrywing (N)", "mm"), ("",) * 3), alone_in_unit(("Time (s)", "Krag 2 (N)"), ("",) * 2)
+    ({}, {})
+    """
+    columns = list(zip(names, below, strict=True))
+    units = [unit or unit_in(name) or (name if _is_unit(name) else "") for name, unit in columns]
+    plain = [understand(name, unit) or as_a_record(name, unit) if name else None for name, unit in columns]
+    named = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in plain if h is not None}
+    found: dict[int, Heading] = {}
+    for quantity in _QUANTITIES:
+        of_unit = [i for i, unit in enumerate(units) if unit and is_unit_of(unit, quantity)]
+        if quantity in named or len(of_unit) != 1 or not _says_nothing(*columns[of_unit[0]], units[of_unit[0]]):
+            continue
+        (index,) = of_unit
+        own = None if below[index] else units[index]
+        found[index] = Heading(quantity, 4 * PLAIN, " ".join(words_in(names[index])), own)
+    there = {h.quantity for h in found.values()} | (named & set(_QUANTITIES))
+    return found if len(there) > 1 and there != {"time"} else {}
+
+
+def _is_unit(name: str) -> bool:
+    return any(is_unit_of(name, quantity) for quantity in _QUANTITIES) and not is_mass(name)
+
+
+def _says_nothing(name: str, below: str, unit: str) -> bool:
+    """Whether a name is nothing but words that are not understood and a unit, or the unit alone."""
+    if name == unit:
+        return True
+    cut = without_brackets(tidy(name))
+    if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
+        return False
+    outside = re.sub(rf"[\s_,/]+{re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
+    said = words_in(outside)
+    return (
+        (_WORDS.fullmatch(outside.strip(" :,")) or _SIGNS.fullmatch(outside.strip(" :,"))) is not None
+        and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
+        and why_unread(name, below) == "not understood"
+    )

@@ -1,0 +1,97 @@
+"""A column of a name in no language that is known is read, with a note, where it alone has a unit of a quantity and fits it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 60
+TIME = np.arange(N) * 0.1
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 36), np.linspace(1.0, 0.02, 24)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+CAPACITANCE = 97.5 + 0.4 * FORCE
+
+
+def read(tmp_path: Path, header: str, *columns: np.ndarray) -> LabTable:
+    sep = ";" if ";" in header else ","
+    rows = [sep.join(f"{column[k]:.4f}" for column in columns) for k in range(N)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return read_lab_file(path, Reading())
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Tyd (s),Verplasing (mm),Krag (N),Kapasitansie (pF)",
+        "Tyd;Verplasing;Krag;Kapasitansie\ns;mm;N;pF",
+        "Tyd;Verplasing;Krag;Kapasitansie\n(s);(mm);(N);(pF)",
+        "s,mm,N,pF",
+        "Amser_s,Dadleoliad_mm,Grym_N,Cynhwysiant_pF",
+    ],
+)
+def test_each_alone_in_its_unit_is_read_with_a_note(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["time"], TIME, atol=1e-4)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+    assert sum("the only column in" in note for note in table.notes) >= 3
+
+
+def test_a_name_that_is_not_understood_among_others_that_are(tmp_path: Path) -> None:
+    table = read(tmp_path, "Tempo (s);Extensão de compressão (mm);Carga de compressão (N)", TIME, DEPTH, FORCE)
+    assert any(
+        'force is taken from "Carga de compressão (N)", the only column in N' in note and "--columns force=none" in note
+        for note in table.notes
+    )
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Extension (mm),Krag (N),Wrywing (N)",  # which of two
+        "Time (s),Extension (mm),Load,Krag (N)",  # another is the force
+        "Time (s),Extension (mm),Krag max (N),A",
+        "Time (s),Extension (mm),Krag 2 (N),A",  # one of several
+        "Time (s),Extension (mm),offset krag (N),A",
+    ],
+)
+def test_what_may_be_another_thing_is_not_taken(tmp_path: Path, header: str) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, header, TIME, DEPTH, FORCE, FORCE / 3)
+
+
+def test_a_column_that_does_not_go_with_the_others_is_not_taken(tmp_path: Path) -> None:
+    noise = np.random.default_rng(3).normal(size=N)
+    for odd in (noise, np.full(N, 12.0)):
+        with pytest.raises(InputError, match="no force column"):
+            read(tmp_path, "Time (s),Extension (mm),Krag (N)", TIME, DEPTH, odd)
+
+
+def test_a_time_of_unknown_name_that_falls_is_none(tmp_path: Path) -> None:
+    table = read(tmp_path, "Tyd (s),Extension (mm),Load (N)", np.concatenate([TIME[:30], TIME[:30]]), DEPTH, FORCE)
+    assert "time" not in table.columns
+
+
+def test_every_reading_with_its_unit_behind_it(tmp_path: Path) -> None:
+    rows = [f"{t:.1f} s\t{d:.4f} mm\t{f:.4f} N" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["Time\tDisplacement\tForce", *rows]) + "\n")
+    table = read_lab_file(path, Reading())
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert table.reasons == ("",) * N
+
+
+def test_a_few_results_beside_a_table_cost_it_no_units(tmp_path: Path) -> None:
+    rows = [f"{t:.1f};{d:.4f};{f:.4f};;;" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Tempo;Deslocamento;Força;;Média;2.31", "s;mm;N;;Máx;4.87", *rows]) + "\n")
+    table = read_lab_file(path, Reading())
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert any("Máx" in unread.reason for unread in table.unread)
