@@ -25,6 +25,7 @@ from calib.cli.common import (
     table,
 )
 from calib.cli.stopping import when_stopped
+from calib.digits import with_uncertainty
 from calib.enumeration import first_of
 
 if TYPE_CHECKING:
@@ -126,7 +127,8 @@ def _say(made: Batch, folder: Path) -> None:
     say_verdict(made.of_lot, lot_status(made))
     judged = made.specification is not None
     of_judged = ["decision", "conforms with"] if judged else []
-    shown = table("specimen", "light", "belongs", *of_judged, "modulus (MPa)", "signal (%)", "first reason of its own")
+    headings = ("modulus (MPa)", f"signal at {made.force:g} N (%)", "first reason of its own")
+    shown = table("specimen", "light", "belongs", *of_judged, *headings)
     styles = {"green": "green", "amber": "yellow", "red": "bold red"}
     for row in made.rows[:_MOST]:
         cells = [f"[{styles[row.light]}]{row.light}[/]", row.belongs]
@@ -135,7 +137,7 @@ def _say(made: Batch, folder: Path) -> None:
             cells += ["" if row.decision == "none" else row.decision, "" if c is None else percent(c.probability)]
         for name, scale in (("young_modulus", 1e-6), ("signal", 1e2)):
             mean, sd = row.estimates.get(name, (None, None))[:2]
-            cells.append("" if mean is None or sd is None else f"{mean * scale:.4g} ± {sd * scale:.2g}")
+            cells.append("" if mean is None or sd is None else with_uncertainty(mean * scale, sd * scale))
         reason = row.own[0].finding if row.own else ""
         shown.add_row(escape(row.name), *cells, escape(reason))
     out().print(shown)

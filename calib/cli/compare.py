@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -100,6 +100,7 @@ def _rivals(
     ctx: typer.Context, experiment: Path, output: Path | None, seed: int, budget: float, processes: int | None
 ) -> Sequence[str]:
     """Calibrate the models of an experiment and compare them; the reasons why the comparison cannot be trusted."""
+    from calib.checks import comparison_in_words
     from calib.report import duration_in_words
     from calib.runs import STAGES, Stages, Watch, calibrate_rivals
     from calib.sampling import NothingSampled
@@ -112,6 +113,8 @@ def _rivals(
         """Say what is ruled out and how long the rest will take, before anything is sampled."""
         for standing in forecast.ruled_out:
             say(f"Ruled out beyond doubt, and not calibrated: {standing.in_words}.")
+        for name, why in forecast.impossible.items():
+            say(f"Cannot be calibrated: {name}: {why}.")
         n, most = len(forecast.names), duration_in_words(forecast.most)
         if forecast.finished:
             say(f"Finished already, taken as they are: {', '.join(forecast.finished)}.")
@@ -151,19 +154,25 @@ def _rivals(
     except NothingSampled as nothing:
         err().print(f"{nothing} Give it a larger --budget.", style="red", markup=False, soft_wrap=True)
         raise not_usable("the budget ended before there was a result") from None
-    _show(rivalry.candidates, {name: run.verdict for name, run in rivalry.runs.items()}, rivalry.ruled_out)
-    say(rivalry.in_words)
+    _show(rivalry.candidates, {name: run.verdict for name, run in rivalry.runs.items()}, rivalry.ruled_out, rivalry.failed)
+    say(comparison_in_words(rivalry.candidates))
     for reservation in rivalry.reservations:
         say(reservation)
     if rivalry.average is not None:
         say_average(rivalry.average)
         say(f"Their average is a run like any other: {rivalry.average.folder}")
     if rivalry.chosen.verdict.colour != "red":
-        say(f"To go on: {pasted(['calib recommend', in_shell_path(rivalry.chosen.folder)], {})}")
+        going_on = pasted(["calib recommend", in_shell_path(rivalry.chosen.folder), '--force "10 N"'], {})
+        say(f"To go on, with your load in the place of 10 N: {going_on}")
     return rivalry.doubts
 
 
-def _show(candidates: Sequence[ComparedModel], verdicts: Mapping[str, Verdict], ruled_out: Sequence[Standing] = ()) -> None:
+def _show(
+    candidates: Sequence[ComparedModel],
+    verdicts: Mapping[str, Verdict],
+    ruled_out: Sequence[Standing] = (),
+    failed: Iterable[str] = (),
+) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
@@ -175,4 +184,6 @@ def _show(candidates: Sequence[ComparedModel], verdicts: Mapping[str, Verdict], 
     for standing in ruled_out:
         factor = f"ruled out, 1 : 10^{-standing.log_bayes / math.log(10):.0f}"
         table.add_row(*map(escape, (standing.variant.name, standing.model, "-", factor, *["-"] * 4)))
+    for name in failed:
+        table.add_row(escape(name), "see below", "-", "could not be made", *["-"] * 4)
     out().print(table)

@@ -31,8 +31,9 @@ def doctor() -> None:
         found = examine(told=_say)
         broken = sum(one.health == "broken" for one in found)
         missing = sum(one.health == "missing" for one in found)
-        beside = f"; {missing} things that are optional are not there" if missing else ""
-        say(f"{broken} things do not work here." if broken else f"Calibrations work here{beside}.")
+        beside = f"; {missing} optional {'thing is' if missing == 1 else 'things are'} not there" if missing else ""
+        verb = "thing does" if broken == 1 else "things do"
+        say(f"{broken} {verb} not work here." if broken else f"Calibrations work here{beside}.")
     if broken:
         raise not_usable("calibrations do not work here before what is said above is done")
 

@@ -268,8 +268,8 @@ class Conformity:
         lines += self._drawing_in_words
         if self.met and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
             lines.append(
-                f"Another nominal thickness, from {self._span(b.interval)}, would do, too: pads made to it conform with at "
-                f"least {wanted}."
+                f"With a drawing of its own, any nominal thickness from {self._span(b.interval)} would do: pads made to it "
+                f"conform with at least {wanted}."
             )
         lines += [self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
         if not self.met or b.avoidable[k] >= 0.005:

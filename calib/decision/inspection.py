@@ -346,9 +346,10 @@ def _its_own(reasons: Sequence[Reason], strays: Sequence[Reason], of_lot: Sequen
     known = {reason.finding for reason in of_lot}
     rest = [r for r in reasons if r not in strays and (r.gate in OF_LOT or r.finding not in known)]
     # Where it does not belong the spread of its lot would be large, or its own contact odd: no second thing to be done about.
-    follows = [r for r in rest if strays and r.gate == "prior" and r.level == "amber"]
+    follows = [r for r in rest if strays and r.gate == "prior"]
     for reason in strays:
-        yield replace(reason, finding="; ".join([reason.finding, *(r.finding for r in follows)]))
+        worst = next((r.level for r in follows if r.level == "red"), reason.level)
+        yield replace(reason, level=worst, finding="; ".join([reason.finding, *(r.finding for r in follows)]))
     yield from (r for r in rest if r not in follows)
 
 

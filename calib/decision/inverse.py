@@ -439,8 +439,8 @@ def _conditions(posteriors: Sequence[Posterior], table: ForceTable, gripper: Gri
         f"{leads}: they add {with_uncertainty(mean * 1e12, sd * 1e12)} pF; 1 pF more makes every force read "
         f"{100 * _share_of_a_picofarad(table):.1f} % too small",
         f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
-        f"forces that may be read: up to {beyond}, where it is made for {table.rated:.4g} N; whether a larger one reads "
-        f"alike was looked at up to {table.looked:.4g} N",
+        f"made for forces up to {table.rated:.4g} N; it goes on to {beyond}, so that a reading of those has both bounds; "
+        f"whether a larger one reads alike was looked at up to {table.looked:.4g} N",
         "temperature and humidity as at power-on: tare again when they change",
         "loading, as slowly as in the lab: relaxation and creep are not covered",
     )

@@ -217,7 +217,7 @@ class NextMeasurements:
             if not one.tells:
                 rest = f"; not for what the draws would tell of it, but as no reading there speaks for the advice yet{rest}"
             what = "Green on extrapolation" if not self.else_beyond else "Within the measured force, padding, depth and ball"
-            return f"{what} with number {number}: {one.what}{rest}. "
+            return f"{what} with number {number} of all: {one.what}{rest}. "
         most = max(self.ranked, key=lambda one: len(one.settles), default=None)
         if most is None or not most.settles:
             return "None of them takes the extrapolation from the verdict. "

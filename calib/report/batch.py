@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from calib.catalogue import POOLED, QUANTITIES
 from calib.decision import DRIFTING, Batch, Inspected, percent
+from calib.digits import with_uncertainty
 from calib.report.figures.batch import batch_figure, scaled
 from calib.report.page import templates
 from calib.report.pictures import figure_address
@@ -123,7 +124,7 @@ def _row(batch: Batch, row: Inspected, shown: list[str]) -> dict[str, object]:
             continue
         scale = scaled(name)[0]
         mean, sd = (value * scale for value in row.estimates[name][:2])
-        cells.append(f"{mean:.4g} ± {sd:.2g}")
+        cells.append(with_uncertainty(mean, sd))
     conformity = row.conformity if row.decision != "none" else None
     by = {"weighted draws": "", "chains": "by chains", "none": "not computed"}[row.how]
     return {

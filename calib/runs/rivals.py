@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from calib.checks import (
@@ -48,6 +48,7 @@ class Forecast:
     seconds : between which times [s] it will probably take here; None where that cannot be said.
     most : [s], that all of them may read and sample.
     ruled_out : how those stand that are not calibrated, as the data rule them out beyond doubt.
+    impossible : name of a model that cannot be calibrated -> why.
     """
 
     names: tuple[str, ...]
@@ -55,6 +56,7 @@ class Forecast:
     seconds: tuple[float, float] | None
     most: float
     ruled_out: tuple[Standing, ...] = ()
+    impossible: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,17 +223,18 @@ def _forecast(
     processes: int | None,
     ruled_out: tuple[Standing, ...],
 ) -> Forecast:
-    """How long the calibrations that are left will take; one that cannot be made takes no time."""
-    problems = []
+    """How long the calibrations that are left will take, and which of them cannot be made."""
+    problems, impossible = {}, {}
     for variant in left:
         try:
-            problems.append(problem_of(variant.of(plan), None))
-        except InputError:
+            problems[variant.name] = problem_of(variant.of(plan), None)
+        except InputError as error:
             if not variant.changes:
                 raise
+            impossible[variant.name] = error.faults[0].message
     done = tuple(name for name, run in finished.items() if run is not None)
-    names = tuple(variant.name for variant in left)
-    return Forecast(names, done, seconds_of(problems, processes), seconds * len(left), ruled_out)
+    takes = seconds_of(list(problems.values()), processes)
+    return Forecast(tuple(problems), done, takes, seconds * len(problems), ruled_out, impossible)
 
 
 def _finished(plan: Experiment, folder: Path, seed: int) -> Run | None:

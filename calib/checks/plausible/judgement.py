@@ -282,8 +282,9 @@ def in_units(quantity: str, value: float, *, unit: bool = True) -> str:
 
 
 def measured_in_words(found: Range) -> str:
-    """What was read, as people read it."""
-    return in_units(_SHOWN[found.seen][0], found.observed)
+    """What was read, as people read it, and whether that is outside of what is expected."""
+    beyond = "" if found.low <= found.observed <= found.high else ", outside"
+    return f"{in_units(_SHOWN[found.seen][0], found.observed)}{beyond}"
 
 
 def expected_in_words(found: Range) -> str:

@@ -37,7 +37,7 @@ _ADVICE = (
         frozenset({"machine_compliance"}),
         "press the ball onto bare steel and give the slope as prior of machine_compliance",
     ),
-    (_MODULI, frozenset({"contact_offset"}), "start the record 0.1 mm or more above the sensor, and press deeper"),
+    (_MODULI, frozenset({"contact_offset"}), "press deeper, from a record that begins 0.1 mm or more above the sensor"),
     (_MODULI, _MODULI, "press a specimen without padding, too, or with a second ball"),
     (_ELECTRICAL, _ELECTRICAL, "measure one of them by itself, such as the thickness of the dielectric by microscope"),
     (_LENGTHS, _LENGTHS, "measure one of them by itself, by microscope"),
@@ -64,7 +64,7 @@ class UnknownOutlook:
 
 @dataclass(frozen=True)
 class Ridge:
-    """Two quantities of which the data tell a combination, and neither by itself.
+    """Two quantities of which the data tell a combination better than each of them.
 
     Attributes
     ----------
@@ -82,8 +82,10 @@ class Ridge:
         """Say in a sentence which combination is known, and what would tell more."""
         one, other = (f"{n.parameter}{f' ({n.specimen})' if n.specimen else ''}" for n in self.names)
         sign = "" if self.correlation > 0 else "one up, the other down, "
-        text = f"{one} and {other} go together ({sign}correlation {self.correlation:.2f}): the data tell neither by itself"
-        return f"{text}; to part them, {self.advice}" if self.advice else text
+        text = (
+            f"{one} and {other} go together ({sign}correlation {self.correlation:.2f}): what is left in doubt of one is of both"
+        )
+        return f"{text}; to know more of each, {self.advice}" if self.advice else text
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,11 @@ function element(name, text, attributes = {}) {
   return made;
 }
 
+// A command whose words stay whole where a line of a small screen ends.
+function showCommand(target, text) {
+  target.replaceChildren(...text.split(" ").flatMap((word, k) => [...(k ? [" "] : []), element("span", word, { class: "word" })]));
+}
+
 const shutOut = "This page is of an earlier server, or was not let in: open the address that `calib serve` shows in its terminal. What is in the folder is not lost.";
 
 async function ask(address, options = {}) {
@@ -113,7 +118,7 @@ function begin(within) {
     form.addEventListener("input", async () => {
       const filled = last = String(new URLSearchParams(new FormData(form)));
       const { ok, said } = await answer(`${form.dataset.command}?${filled}`);
-      if (ok && filled === last) document.getElementById(form.dataset.into ?? "command").textContent = said.command;
+      if (ok && filled === last) showCommand(document.getElementById(form.dataset.into ?? "command"), said.command);
     });
     form.addEventListener("submit", () => {
       one("button[type=submit]", form).disabled = true;
@@ -462,7 +467,7 @@ function lookAbout() {
       asked = query;
       if (ok) {
         view = now;
-        one("#command").textContent = now.command;
+        showCommand(one("#command"), now.command);
         reach(now);
         if (document.activeElement !== loadAt) loadAt.value = now.force;
         show(rest);

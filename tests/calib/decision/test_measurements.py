@@ -361,7 +361,7 @@ def test_the_press_that_an_advice_beyond_the_data_asks_for_is_among_the_measurem
     assert [one.kind for one in confirming] == ["padding"]
     assert "up to 6 N" in confirming[0].what
     number = farther.ranked.index(confirming[0]) + 1
-    assert f"Green on extrapolation with number {number}: {confirming[0].what}" in farther.in_words
+    assert f"Green on extrapolation with number {number} of all: {confirming[0].what}" in farther.in_words
     told = {one.kind: farther.settled_in_words(one) for one in farther.ranked if not farther.confirms(one)}
     assert told["force"] == "force"
     assert not any(told[kind] for kind in ("repeat", "machine_compliance"))
@@ -522,7 +522,7 @@ def test_the_press_that_confirms_an_advice_is_first_of_those_that_tell_nothing_a
     first = found.ranked[0]
     assert found.settles_all(first)
     assert f"on {advised.best.best * 1e3:.4g} mm of padding" in first.what
-    assert f"with number 1: {first.what}; not for what the draws would tell" in found.in_words
+    assert f"with number 1 of all: {first.what}; not for what the draws would tell" in found.in_words
     assert "not decided yet, as the verdict is amber (extrapolation)" in found.in_words
     assert next_from_json(next_to_json(found)) == found.in_short
     assert found.in_short.first[0].brings.startswith("holds the model against data")

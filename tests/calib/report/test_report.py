@@ -83,6 +83,18 @@ def test_report_shows_what_to_measure_next_with_minutes_and_what_it_brings_but_n
     assert "What to measure next" not in _text(report_page(make_posterior(), predictions, verdict=red, next_steps=known))
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_what_to_measure_next_for_another_load_than_that_of_the_advice_says_so(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
+) -> None:
+    def told(load: str) -> str:
+        known = NextInShort("padding", f"signal at {load} on 4 mm of padding", "It is known to 2 %.", ())
+        return _text(report_page(make_posterior(), predictions, recommendation, next_steps=known))
+
+    assert "Asked of another load than the 8 N of the advice on this page" in told("20 N")
+    assert "Asked of another load" not in told("8 N")
+
+
 def test_limits_say_that_pressing_once_more_does_not_average_what_the_model_leaves_out(make_posterior: MakePosterior) -> None:
     posterior = make_posterior(n_specimen=1)
     again = replace(posterior, sweeps=(*posterior.sweeps, replace(posterior.sweeps[0], name="again")))

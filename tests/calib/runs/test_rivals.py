@@ -21,13 +21,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from small_run import BLOCK, QUICK, in_small_steps, make_lab
 
+import calib.runs.rivals
 from calib.checks import BEYOND_DOUBT, Reason, Verdict, standings
 from calib.cli import app
-from calib.errors import InputError
-from calib.experiment import AS_GIVEN, candidates_of, read_experiment, variants_of
+from calib.errors import Fault, InputError
+from calib.experiment import AS_GIVEN, Experiment, Variant, candidates_of, read_experiment, variants_of
 from calib.priors import Fixed
 from calib.problem import Problem
-from calib.runs import Run, Watch, calibrate_rivals, load_run, verify
+from calib.runs import Run, Watch, calibrate, calibrate_rivals, load_run, verify
 from calib.runs.preview import problem_of
 from calib.sampling import Posterior, load_posterior, sample
 from models.sensor import design_from
@@ -123,7 +124,9 @@ def test_what_first_answers_rule_out_beyond_doubt_is_named_with_its_factor_and_n
     )
     assert "slippery surrogate) is the one model that was calibrated" in said
     verdict = load_run(lab / "models" / "slippery").verdict
-    assert (f"To go on: calib recommend {lab / 'models' / 'slippery'}" in said) is (verdict.colour != "red")
+    going_on = f'calib recommend {lab / "models" / "slippery"} --force "10 N"'
+    assert (going_on in said) is (verdict.colour != "red")
+    assert said.count("under which the data are 10^") == 1
     assert sorted(path.name for path in (lab / "models").iterdir()) == ["comparison.json", "slippery"]
     kept = json.loads((lab / "models" / "comparison.json").read_text(encoding="utf-8"))
     assert [(row["name"], row["against"]) for row in kept["ruled_out"]] == [("as-given", "slippery")]
@@ -156,7 +159,7 @@ def test_what_the_verdicts_have_against_the_models_that_predict_best_is_said(
     compared: tuple[Path, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lab, said = compared
-    assert f"To go on: calib recommend {lab / 'models' / 'average'}" in said
+    assert f'To go on, with your load in the place of 10 N: calib recommend {lab / "models" / "average"} --force "10 N"' in said
     red = Verdict((Reason("misfit", "red", "the force falls behind", "Look at it"), Reason("files", "amber", "x", "y")))
     own = lab / "models" / "own-padding"
     usual = vars(Run)["verdict"].func
@@ -250,3 +253,30 @@ def test_a_comparison_that_is_stopped_says_how_to_go_on_with_all_that_it_was_giv
     assert result.exit_code == 130, result.output
     said = " ".join(result.stderr.split())
     assert f'Continue with: calib compare {experiment} -o "{models}" --seed 7 --budget 3 --processes 0' in said
+
+
+def test_a_model_that_cannot_be_calibrated_is_named_before_and_in_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = make_lab(tmp_path)
+
+    def not_of_the_padding(plan: Experiment, surrogate: Path | None) -> Problem:
+        if plan.padding_material != "sensor":
+            raise InputError(Fault("the sweep lies outside what the surrogate covers"))
+        return problem_of(plan, surrogate)
+
+    monkeypatch.setattr(calib.runs.rivals, "problem_of", not_of_the_padding)
+    monkeypatch.setattr(calib.runs.rivals, "calibrate", _none_of_the_padding)
+    command = ["compare", str(lab / "experiment.toml"), "-o", str(lab / "models"), "--processes", "0"]
+    result = CliRunner().invoke(app, command, obj=STAGES, env={"COLUMNS": "300"})
+    said = " ".join(result.output.split())
+    assert result.exit_code == 3
+    assert "Cannot be calibrated: own-padding: the sweep lies outside what the surrogate covers." in said
+    assert "To calibrate: 1 model (as-given)" in said
+    assert re.search(r"own-padding +see below +- +could not be( made)?", said), result.output
+
+
+def _none_of_the_padding(*given: Any, variant: Variant, **options: Any) -> Any:
+    if variant.changes:
+        raise InputError(Fault("the sweep lies outside what the surrogate covers"))
+    return calibrate(*given, variant=variant, **options)
