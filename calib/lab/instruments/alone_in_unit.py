@@ -6,11 +6,11 @@ import re
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import tidy, without_brackets, words_in
-from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE
+from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import Heading, as_a_record, understand, why_unread
+from calib.lab.instruments.vocabulary import Heading, as_a_record, heading_as, understand, why_unread
 
 _QUANTITIES = ("time", "displacement", "force", "capacitance")
 # One letter or two may be anything ("dC", "dt"), a number tells one of several, and a Greek letter a change.
@@ -71,5 +71,6 @@ def _says_nothing(name: str, below: str, unit: str) -> bool:
     return (
         (_WORDS.fullmatch(outside.strip(" :,")) or _SIGNS.fullmatch(outside.strip(" :,"))) is not None
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
+        and heading_as("time", name).name not in STEP_TIMES
         and why_unread(name, below) == "not understood"
     )

@@ -130,16 +130,18 @@ def _fits_rows(width: int, below: Sequence[str], delimiter: str) -> bool:
 
 
 def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], delimiter: str) -> list[int]:
-    """The cells that are a quantity by a unit that is theirs alone, in the cell or the next line; none of units below names."""
+    """The cells that are a quantity by a unit that is theirs alone, in the cell or the next line; none of units beside names.
+
+    Units alone are no names where a line of names stands above or below, be one missing, or readings above.
+    """
     below, above = (
         split_line(next((line for line in others if line.strip(f" \t{delimiter}")), ""), delimiter)
         for others in (lines[index + 1 :], reversed(lines[:index]))
     )
-    named = (
-        len(beside) == len(cells) and all(c and not (is_numeric(c) or is_clock(c)) for c in beside) for beside in (above, below)
-    )
-    if any(map(_unit_alone, cells)) and any(named):
-        return []
+    if any(map(_unit_alone, cells)):
+        of_words = (sum(bool(c) and not _is_reading(c) for c in beside) for beside in (above, below))
+        if max(of_words) >= max(2, len(cells) - 1) or sum(map(_is_reading, above)) > 1:
+            return []
     units = tuple(map(_unit_alone, below)) if len(below) == len(cells) else ("",) * len(cells)
     return list(alone_in_unit(tuple(cells), units))
 

@@ -480,8 +480,7 @@ def test_a_reader_with_words_of_its_own_is_one_file(tmp_path: Path, monkeypatch:
     path.write_text(
         "Presskraft 3000\nStempelvej (mm);Trykkraft (N)\n" + "".join(f"{i / 10};{i * i / 7:.3f}\n" for i in range(9))
     )
-    with pytest.raises(InputError, match="no header"):
-        read_lab_file(path)
+    assert read_lab_file(path).recognised_as != "Presskraft"
     assert family.cut is not None
     sheet = family.cut(read_lab_text(path), AS_FOUND)
     assert sheet is not None
