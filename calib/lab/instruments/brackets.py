@@ -14,24 +14,39 @@ _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
+# A symbol with its index, whose letter is no unit: "C_s (pF)".
+_SYMBOL_OF_CIRCUIT = re.compile(r"^(c)_([ps])(?![^\W_])", re.IGNORECASE)
 # Pointed brackets are brackets where they end a name: "Load<N>".
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
-# "in 10 mN", "en 10 N": a number before the unit behind a name is a factor.
-_BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
+# "in 10 mN", "en 10 N", "in 10^-2 N": a number before the unit behind a name is a factor.
+_BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:[x×*·/:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
-# The same before a name.
-_LEADING = re.compile(r"\s*(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])", re.IGNORECASE)
+# The same before a name; "2 Load" is a channel, "10 N cell" a cell of that reach.
+_LEADING = re.compile(
+    r"\s*(?:(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])|(?!1\s*[x×*·])\d+(?:[.,]\d+)?(?:e[+-]?\d+|\s?(?:\^|\*\*)\s?[+-]?\d+)?"
+    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+)))",
+    re.IGNORECASE,
+)
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of an instrument or the frequency of a meter: "500 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
     r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?|max\.? |range |capacity )?"
     r"±?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+)
+# At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
+_ONE = (
+    r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
+    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|pp|p-p|ac|dc))?)(?![^\W_])"
+)
+_MANY = rf"(?:(?:@|at\s)\s?)?{_ONE}(?:\s?[,;/@&_\s]\s?{_ONE})*"
+_CONDITIONS = re.compile(
+    rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
 # "filtered 10 Hz": the frequency is none that the readings are of.
 _FILTERED = re.compile(
@@ -74,7 +89,7 @@ def tidy(cell: str) -> str:
         *before, last = of_matlab["name"].split("_")
         if not (before and looks_like_unit(last)):
             return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
-    cell = _FILTERED.sub("filtered", cell)
+    cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
@@ -180,14 +195,18 @@ def factor_in(text: str) -> str:
 
     >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Kraft in 10 mN"), factor_in("Load cell 2")
     ('*1E-3', '/10', '10', '')
-    >>> factor_in("x10 Load"), factor_in("x1 Load")
-    ('x10', '')
+    >>> factor_in("x10 Load"), factor_in("x1 Load"), factor_in("F in 10^-2 N"), factor_in("F ÷ 10"), factor_in("1000 F")
+    ('x10', '', '10^-2', '÷ 10', '1000')
     """
     if leading := leading_factor(text):
         return leading
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
-    match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
+    match = re.search(
+        rf"(?:(?<=[\s\w])(?=[*×·/÷])|(?<=\s)(?=[^\W\d]|@)){_FACTOR.pattern}(?!\w|[.,]\d|\s?(?:[kM]?Hz|m?V)\b)",
+        text,
+        re.IGNORECASE,
+    )
     return match[0] if match else ""
 
 
@@ -196,9 +215,28 @@ def leading_factor(text: str) -> str:
 
     >>> leading_factor("x10 Load"), leading_factor("/10 Load"), leading_factor("x1 Load")
     ('x10', '/10', '')
+    >>> leading_factor("10*d (mm)"), leading_factor("1000 F"), leading_factor("10 N cell (mN)"), leading_factor("2 Load")
+    ('10*', '1000', '', '')
     """
     match = _LEADING.match(text)
-    return match[0].strip() if match else ""
+    if match is None or (match["power"] and looks_like_unit(match["word"]) and not is_letter(match["word"])):
+        return ""
+    return match[0].strip()
+
+
+def without_conditions(cell: str) -> tuple[str, str]:
+    """A header cell without the frequency and voltage at which a meter measured, and these, "" if they do not stand in it.
+
+    >>> without_conditions("Cp @ 100 kHz, 1 V (pF)"), without_conditions("Cp(1 kHz/1 V) (pF)"), without_conditions("Bias (1V)")
+    (('Cp (pF)', '100 kHz, 1 V'), ('Cp (pF)', '1 kHz/1 V'), ('Bias', '1V'))
+    >>> without_conditions("Cp (pF)"), without_conditions("5 V (pF)")
+    (('Cp (pF)', ''), ('5 V (pF)', ''))
+    """
+    match = _CONDITIONS.search(cell)
+    if match is None or not cell[: match.start()].strip():
+        return cell, ""
+    rest = f"{cell[: match.start()]} {cell[match.end() :]}"
+    return " ".join(rest.split()), (match["inside"] or match["bare"]).removeprefix("@").strip()
 
 
 def is_wiring(text: str) -> bool:

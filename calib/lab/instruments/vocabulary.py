@@ -23,10 +23,11 @@ from calib.lab.instruments.brackets import (
     says_sense,
     tidy,
     without_brackets,
+    without_conditions,
     words_in,
 )
 from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
-from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
+from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
@@ -71,8 +72,10 @@ _OF_A_RUN = re.compile(
     r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
     re.IGNORECASE,
 )
+# What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
+_OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
 # A function of what was measured.
-_FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√", re.IGNORECASE)
+_FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -245,8 +248,9 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     quantity : one of `SI_UNIT`.
     cell, unit_below : as of `understand`.
     """
-    cut = without_brackets(tidy(cell))
-    outside, brackets = cut if cut is not None else (tidy(cell), ())
+    cell = without_conditions(tidy(cell))[0] if quantity in _OF_A_METER else tidy(cell)
+    cut = without_brackets(cell)
+    outside, brackets = cut if cut is not None else (cell, ())
     brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
     tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
@@ -268,6 +272,11 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
     cell = _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell))
+    plain, conditions = without_conditions(cell)
+    if conditions:
+        found = _interpret(plain, unit_below)
+        if isinstance(found, Heading) and found.quantity in _OF_A_METER:
+            return replace(found, rank=found.rank + PLAIN, index=found.index or conditions.lower())
     if spelled := spelled_unit(cell):
         quantity, written = spelled
         unit, doubt = _unit_of(quantity, [written], unit_below)
