@@ -5,7 +5,15 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from calib.lab.instruments.lexicon import BOUNDS, COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
+from calib.lab.instruments.lexicon import (
+    BOUNDS,
+    COMMANDED,
+    COMMANDED_BEGINNINGS,
+    COMMANDED_ENDINGS,
+    REMARKS,
+    STATISTIC,
+    WITHOUT_BLANKS,
+)
 from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
@@ -22,7 +30,8 @@ _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 _BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*"
+    r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
@@ -60,6 +69,8 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# Where words are joined by their capitals: "TargetForce".
+_CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
@@ -266,16 +277,27 @@ def no_record(text: str) -> str:
 
     >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
+    >>> no_record("Kraftvorgabe"), no_record("TargetForce")
+    ('"kraftvorgabe" was commanded, not measured', '"target" was commanded, not measured')
     """
-    for found in words_in(text):
+    for found in words_in(_CAMEL.sub(" ", text)):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
         if word in BOUNDS:
             return f'"{word}" is a bound or a flag, not measured'
-        if word in COMMANDED:
+        if is_commanded(word):
             return f'"{word}" was commanded, not measured'
     return ""
+
+
+def is_commanded(word: str) -> bool:
+    """Whether a word in lower case says that something was commanded, also one joined with others: `kraftvorgabe`.
+
+    >>> is_commanded("setpoint"), is_commanded("sollposition"), is_commanded("wegvorgabe"), is_commanded("kraft")
+    (True, True, True, False)
+    """
+    return word in COMMANDED or word.startswith(COMMANDED_BEGINNINGS) or word.endswith(COMMANDED_ENDINGS)
 
 
 def words_in(text: str) -> list[str]:

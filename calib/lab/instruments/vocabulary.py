@@ -74,8 +74,8 @@ _OF_A_RUN = re.compile(
 )
 # What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
 _OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
-# A function of what was measured.
-_FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
+#: A function of what was measured.
+FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -258,7 +258,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
-    factor, function = factor_in(outside), _FUNCTION.search(outside)
+    factor, function = factor_in(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)

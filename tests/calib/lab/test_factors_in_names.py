@@ -1,4 +1,4 @@
-"""A factor anywhere in a name is asked about, also where the user says which column it is; conditions of a meter are no factor."""
+"""A factor anywhere in a name is asked about, also where the user names the column; conditions of a meter are no factor."""
 
 from __future__ import annotations
 
