@@ -20,6 +20,10 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
+# The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
+_BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
+# A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
+_LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)")
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
 # A symbol with its index, whose letter is no unit: "C_s (pF)".
@@ -89,12 +93,20 @@ def tidy(cell: str) -> str:
     ('Load(N)', 'Compressive load (N)', 'Max..N..s.', 'CAP_pF')
     >>> tidy("RawForce_N_"), tidy("Stiffness_N_mm_"), tidy("Depth__m_"), tidy("Load_10_N_")
     ('Raw Force (N)', 'Stiffness_N_mm_', 'Depth__m_', 'Load_10_N_')
+    >>> tidy("Displacement.mm"), tidy("101 <Force> (N)"), tidy("Load.A")
+    ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
     """
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = usual_case(cell)
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
+    by_point = _BY_POINT.fullmatch(cell)
+    if by_point is not None and looks_like_unit(by_point["unit"]) and not is_letter(by_point["unit"]):
+        return f"{by_point['name'].replace('.', ' ')} ({by_point['unit']})"
+    labelled = _LABELLED.fullmatch(cell)
+    if labelled is not None:
+        return f"{labelled['label']} {labelled['channel']}{labelled['behind']}"
     of_matlab = _OF_MATLAB.fullmatch(cell)
     if of_matlab is not None and looks_like_unit(of_matlab["unit"]):
         *before, last = of_matlab["name"].split("_")

@@ -99,7 +99,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
-                "cap cp | capacitance cp | c cp",
+                "cap cp | capacitance cp | c cp | cp ab",
                 "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
@@ -109,7 +109,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance_series": (
                 "cs | series capacitance | cser | cap series | capacitance series | cap cs | capacitance cs",
-                "c cs | reihenkapazität | serienkapazität",
+                "c cs | cs ab | reihenkapazität | serienkapazität",
                 "capacité série | 串联电容 | 直列容量",
             ),
             "dissipation": (

@@ -69,7 +69,7 @@ def is_of_another(name: str, quantity: str) -> bool:
     name : without brackets and unit.
     quantity : of whose unit the column is.
 
-    >>> is_of_another("Querkraft", "force"), is_of_another("Querhauptweg", "displacement"), is_of_another("厚度", "displacement")
+    >>> is_of_another("Querkraft", "force"), is_of_another("Querhauptweg", "displacement"), is_of_another("厚", "displacement")
     (True, False, True)
     """
     return any(_holds(words_in(name), stem) for stem in _STEMS.get(quantity, ()))
