@@ -20,6 +20,8 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
+# The mark of a footnote behind a unit: "Force (N)*".
+_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$")
 # The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
 _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
 # A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
@@ -97,7 +99,7 @@ def tidy(cell: str) -> str:
     ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
     """
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    cell = usual_case(cell)
+    cell = usual_case(_FOOTNOTE.sub("", cell))
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
