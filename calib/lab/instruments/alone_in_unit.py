@@ -8,13 +8,17 @@ from functools import lru_cache
 from calib.lab.instruments.brackets import tidy, without_brackets, words_in
 from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import Heading, as_a_record, heading_as, understand, why_unread
+from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
 
 _QUANTITIES = ("time", "displacement", "force", "capacitance")
-# One letter or two may be anything ("dC", "dt"), a number tells one of several, and a Greek letter a change.
-_WORDS = re.compile(r"(?![ΔδΔ∆])(?=[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?", re.IGNORECASE)
+# One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage") and the penetration depth and the
+# unknown capacitance of some instruments; a number tells one of several, and a Greek letter a change.
+_WORDS = re.compile(
+    r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx", re.IGNORECASE
+)
 # Scripts of which a word is one letter or two.
 _SIGNS = re.compile(r"[\u0e00-\ud7ff][\u0e00-\ud7ff\s]*")
 
@@ -46,7 +50,7 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
     found: dict[int, Heading] = {}
     for quantity in _QUANTITIES:
         of_unit = [i for i, unit in enumerate(units) if unit and is_unit_of(unit, quantity)]
-        if quantity in named or len(of_unit) != 1 or not _says_nothing(*columns[of_unit[0]], units[of_unit[0]]):
+        if quantity in named or len(of_unit) != 1 or not _says_nothing(*columns[of_unit[0]], units[of_unit[0]], quantity):
             continue
         (index,) = of_unit
         own = None if below[index] else units[index]
@@ -59,8 +63,8 @@ def _is_unit(name: str) -> bool:
     return any(is_unit_of(name, quantity) for quantity in _QUANTITIES) and not is_mass(name)
 
 
-def _says_nothing(name: str, below: str, unit: str) -> bool:
-    """Whether a name is nothing but words that are not understood and a unit, or the unit alone."""
+def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
+    """Whether a name is nothing but words that are not understood and a unit, or the unit alone; none of another quantity."""
     if name == unit:
         return True
     cut = without_brackets(tidy(name))
@@ -72,5 +76,7 @@ def _says_nothing(name: str, below: str, unit: str) -> bool:
         (_WORDS.fullmatch(outside.strip(" :,")) or _SIGNS.fullmatch(outside.strip(" :,"))) is not None
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
+        and not is_of_another(outside, quantity)
+        and not FUNCTION.search(outside)
         and why_unread(name, below) == "not understood"
     )

@@ -5,33 +5,63 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from calib.lab.instruments.lexicon import BOUNDS, COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
+from calib.lab.instruments.lexicon import (
+    BOUNDS,
+    COMMANDED,
+    COMMANDED_BEGINNINGS,
+    COMMANDED_ENDINGS,
+    REMARKS,
+    STATISTIC,
+    WITHOUT_BLANKS,
+)
 from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
+# The mark of a footnote behind a unit: "Force (N)*".
+_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$")
+# The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
+_BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
+# A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
+_LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)")
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
+# A symbol with its index, whose letter is no unit: "C_s (pF)".
+_SYMBOL_OF_CIRCUIT = re.compile(r"^(c)_([ps])(?![^\W_])", re.IGNORECASE)
 # Pointed brackets are brackets where they end a name: "Load<N>".
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
-# "in 10 mN", "en 10 N": a number before the unit behind a name is a factor.
-_BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
+# "in 10 mN", "en 10 N", "in 10^-2 N": a number before the unit behind a name is a factor.
+_BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:[x×*·/:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*"
+    r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
-# The same before a name.
-_LEADING = re.compile(r"\s*(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])", re.IGNORECASE)
+# The same before a name; "2 Load" is a channel, "10 N cell" a cell of that reach.
+_LEADING = re.compile(
+    r"\s*(?:(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])|(?!1\s*[x×*·])\d+(?:[.,]\d+)?(?:e[+-]?\d+|\s?(?:\^|\*\*)\s?[+-]?\d+)?"
+    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+)))",
+    re.IGNORECASE,
+)
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of an instrument or the frequency of a meter: "500 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
     r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?|max\.? |range |capacity )?"
     r"±?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+)
+# At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
+_ONE = (
+    r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
+    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|pp|p-p|ac|dc))?)(?![^\W_])"
+)
+_MANY = rf"(?:(?:@|at\s)\s?)?{_ONE}(?:\s?[,;/@&_\s]\s?{_ONE})*"
+_CONDITIONS = re.compile(
+    rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
 # "filtered 10 Hz": the frequency is none that the readings are of.
 _FILTERED = re.compile(
@@ -45,6 +75,8 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# Where words are joined by their capitals: "TargetForce".
+_CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
@@ -63,18 +95,26 @@ def tidy(cell: str) -> str:
     ('Load(N)', 'Compressive load (N)', 'Max..N..s.', 'CAP_pF')
     >>> tidy("RawForce_N_"), tidy("Stiffness_N_mm_"), tidy("Depth__m_"), tidy("Load_10_N_")
     ('Raw Force (N)', 'Stiffness_N_mm_', 'Depth__m_', 'Load_10_N_')
+    >>> tidy("Displacement.mm"), tidy("101 <Force> (N)"), tidy("Load.A")
+    ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
     """
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    cell = usual_case(cell)
+    cell = usual_case(_FOOTNOTE.sub("", cell))
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
+    by_point = _BY_POINT.fullmatch(cell)
+    if by_point is not None and looks_like_unit(by_point["unit"]) and not is_letter(by_point["unit"]):
+        return f"{by_point['name'].replace('.', ' ')} ({by_point['unit']})"
+    labelled = _LABELLED.fullmatch(cell)
+    if labelled is not None:
+        return f"{labelled['label']} {labelled['channel']}{labelled['behind']}"
     of_matlab = _OF_MATLAB.fullmatch(cell)
     if of_matlab is not None and looks_like_unit(of_matlab["unit"]):
         *before, last = of_matlab["name"].split("_")
         if not (before and looks_like_unit(last)):
             return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
-    cell = _FILTERED.sub("filtered", cell)
+    cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
@@ -180,14 +220,18 @@ def factor_in(text: str) -> str:
 
     >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Kraft in 10 mN"), factor_in("Load cell 2")
     ('*1E-3', '/10', '10', '')
-    >>> factor_in("x10 Load"), factor_in("x1 Load")
-    ('x10', '')
+    >>> factor_in("x10 Load"), factor_in("x1 Load"), factor_in("F in 10^-2 N"), factor_in("F ÷ 10"), factor_in("1000 F")
+    ('x10', '', '10^-2', '÷ 10', '1000')
     """
     if leading := leading_factor(text):
         return leading
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
-    match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
+    match = re.search(
+        rf"(?:(?<=[\s\w])(?=[*×·/÷])|(?<=\s)(?=[^\W\d]|@)){_FACTOR.pattern}(?!\w|[.,]\d|\s?(?:[kM]?Hz|m?V)\b)",
+        text,
+        re.IGNORECASE,
+    )
     return match[0] if match else ""
 
 
@@ -196,9 +240,28 @@ def leading_factor(text: str) -> str:
 
     >>> leading_factor("x10 Load"), leading_factor("/10 Load"), leading_factor("x1 Load")
     ('x10', '/10', '')
+    >>> leading_factor("10*d (mm)"), leading_factor("1000 F"), leading_factor("10 N cell (mN)"), leading_factor("2 Load")
+    ('10*', '1000', '', '')
     """
     match = _LEADING.match(text)
-    return match[0].strip() if match else ""
+    if match is None or (match["power"] and looks_like_unit(match["word"]) and not is_letter(match["word"])):
+        return ""
+    return match[0].strip()
+
+
+def without_conditions(cell: str) -> tuple[str, str]:
+    """A header cell without the frequency and voltage at which a meter measured, and these, "" if they do not stand in it.
+
+    >>> without_conditions("Cp @ 100 kHz, 1 V (pF)"), without_conditions("Cp(1 kHz/1 V) (pF)"), without_conditions("Bias (1V)")
+    (('Cp (pF)', '100 kHz, 1 V'), ('Cp (pF)', '1 kHz/1 V'), ('Bias', '1V'))
+    >>> without_conditions("Cp (pF)"), without_conditions("5 V (pF)")
+    (('Cp (pF)', ''), ('5 V (pF)', ''))
+    """
+    match = _CONDITIONS.search(cell)
+    if match is None or not cell[: match.start()].strip():
+        return cell, ""
+    rest = f"{cell[: match.start()]} {cell[match.end() :]}"
+    return " ".join(rest.split()), (match["inside"] or match["bare"]).removeprefix("@").strip()
 
 
 def is_wiring(text: str) -> bool:
@@ -228,16 +291,27 @@ def no_record(text: str) -> str:
 
     >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
+    >>> no_record("Kraftvorgabe"), no_record("TargetForce")
+    ('"kraftvorgabe" was commanded, not measured', '"target" was commanded, not measured')
     """
-    for found in words_in(text):
+    for found in words_in(_CAMEL.sub(" ", text)):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
         if word in BOUNDS:
             return f'"{word}" is a bound or a flag, not measured'
-        if word in COMMANDED:
+        if is_commanded(word):
             return f'"{word}" was commanded, not measured'
     return ""
+
+
+def is_commanded(word: str) -> bool:
+    """Whether a word in lower case says that something was commanded, also one joined with others: `kraftvorgabe`.
+
+    >>> is_commanded("setpoint"), is_commanded("sollposition"), is_commanded("wegvorgabe"), is_commanded("kraft")
+    (True, True, True, False)
+    """
+    return word in COMMANDED or word.startswith(COMMANDED_BEGINNINGS) or word.endswith(COMMANDED_ENDINGS)
 
 
 def words_in(text: str) -> list[str]:

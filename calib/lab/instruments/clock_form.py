@@ -112,13 +112,16 @@ _LETTERS = {("d", "h", "m", "s"): "d:h:min:s", ("h", "m", "s"): "h:min:s", ("m",
 def form_of_clock(unit: str) -> str:
     """The form of times that a unit says ("hh:mm:ss", "min:s"): one of `FORMS`, "other" of minutes and seconds, "" for none.
 
-    >>> form_of_clock("HH:MM:SS.fff"), form_of_clock("mm:ss"), form_of_clock("s")
-    ('h:min:s', 'min:s', '')
+    >>> form_of_clock("HH:MM:SS.fff"), form_of_clock("mm:ss"), form_of_clock("s"), form_of_clock("mm:ss:cs")
+    ('h:min:s', 'min:s', '', 'min:s:cs')
     """
     tidy = unit.strip().lower()
     if tidy in ("h:min:s:cs", "h:min:s:ms"):
         return "h:min:s"  # the last part is a decimal by then
     if tidy in FORMS:
         return tidy
-    letters = tuple(part.strip()[:1] for part in tidy.split(":"))
+    parts = [part.strip() for part in tidy.split(":")]
+    letters = tuple(part[:1] for part in parts)
+    if letters == ("m", "s", "c") and parts[-1] in ("c", "cc", "cs", "csec"):
+        return "min:s:cs"
     return _LETTERS.get(letters, "other" if letters[:2] == ("m", "s") else "")

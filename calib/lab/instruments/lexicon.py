@@ -10,6 +10,10 @@ def _set(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+def _stems(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
 #: Quantity -> names in lower case, in order of preference where a file has several. Underscores and spaces are the same. The
 #: raw force comes before a corrected one: the model has the load zero as a parameter, and must see what the cell read.
 NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -95,7 +99,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
-                "cap cp | capacitance cp | c cp",
+                "cap cp | capacitance cp | c cp | cp ab",
                 "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
@@ -105,7 +109,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance_series": (
                 "cs | series capacitance | cser | cap series | capacitance series | cap cs | capacitance cs",
-                "c cs | reihenkapazität | serienkapazität",
+                "c cs | cs ab | reihenkapazität | serienkapazität",
                 "capacité série | 串联电容 | 直列容量",
             ),
             "dissipation": (
@@ -175,8 +179,16 @@ PHASES = _set(
 COMMANDED = _set(
     "setpoint set setpt sp command commanded cmd target demand demanded desired limit limits threshold reference nominal "
     "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
-    "zadana zadany zadane zadaná consigna impostata gewenst 设定 设定值 目标 目標 指令 設定 설정 목표"
+    "zadana zadany zadane zadaná consigna impostata gewenst riferimento referencia referência référence referentie comando "
+    "comandada comandado commande alvo visée 设定 设定值 目标 目標 指令 給定 给定 設定 설정 목표 지령"
 )
+#: How words begin, and how they end, that are joined from one of these and others, or are a form of one: `Sollposition`.
+COMMANDED_BEGINNINGS = _stems(
+    "soll ziel vorgabe führungsgr fuehrungsgr stellgr setpoint target commanded demand consign cible zadan docelow zadávan "
+    "žádan požadovan nastaven impostat desejad desead objetiv obiettiv richiest prescrit gewenst streef doelw börvärd målvärd "
+    "ønsket asetus tavoite hedef célért előírt prescris уставк задани заданн целев требуем"
+)
+COMMANDED_ENDINGS = _stems("vorgabe sollwert sollwerte soll zielwert ziel setpoint setpt target consigne börvärde")
 #: Words of those that say how far readings may go, which a flag of the rows that did may bear, too.
 BOUNDS = _set("limit limits threshold")
 #: Words of the largest of several readings, which a peak of a record may bear, too.

@@ -15,6 +15,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import counts_clock
+from calib.lab.instruments.units import is_unit_of, lab_factor
 from models.sensor import FloatArray
 
 # Rows from which on times tell how they are written; the middle step of a press [s], and the share of steps that may fall.
@@ -44,6 +45,8 @@ _SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1
 # the seconds over which they show it, and the largest step: from a minute to the next seconds, and frames, go on unevenly so.
 _FOUR_PARTS = re.compile(r"(?P<whole>(?:.*\D)?\d{1,2}:[0-5]\d:[0-5]\d):(?P<part>\d{1,3})")
 _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
+# Minutes and seconds with a point between them, and the largest step of such that shows that they are.
+_MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
 
@@ -94,6 +97,16 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
                 f'"{name}": "{first}" is read as hours, minutes and seconds without marks, {next(c for c in bare if c)}'
             )
             columns[index] = bare
+        sixtieths = (
+            _sixtieths(columns[index]) if is_unit_of(unit or "?", "time") and lab_factor(unit, "time") == _MINUTE else None
+        )
+        if sixtieths is not None and "time" not in reading.units:
+            at = next(k for k, c in enumerate(sixtieths) if c and c[:5] > "00:00")
+            notes.append(
+                f'"{name}": "{columns[index][at].strip()}" is read as minutes and seconds, {sixtieths[at]}: what stands behind '
+                "the point never passes 59, and goes on as seconds do where a minute is full"
+            )
+            columns[index] = sixtieths
         filled = _filled_up(columns[index])
         if filled is None:
             continue
@@ -312,6 +325,26 @@ def _filled_up(cells: Sequence[str]) -> list[str] | None:
         return None
     rest = iter(filled)
     return [next(rest) if c.strip() else "" for c in cells]
+
+
+def _sixtieths(cells: Sequence[str]) -> list[str] | None:
+    """Minutes with seconds behind their point, "0.59" before "1.00", as times of day; None if they are decimals of a minute."""
+    found: list[str] = []
+    for cell in cells:
+        match = _MINUTES.fullmatch(cell.strip())
+        if match is None and cell.strip():
+            return None
+        hours, minutes = divmod(int(match["m"]), 60) if match is not None else (0, 0)
+        found.append(f"{hours:02d}:{minutes:02d}:{match['s']}" if match is not None else "")
+    seconds = read_clock(found).seconds if any(found) else np.empty(0)
+    seconds = seconds[np.isfinite(seconds)]
+    steps = np.diff(seconds)
+    full = np.diff(seconds // _MINUTE) > 0
+    if seconds.size < _FEWEST or not np.any(full) or not np.any(~full):
+        return None
+    usual = float(np.median(steps[~full]))
+    off = np.abs(steps - usual)
+    return found if 0 < usual <= _LARGEST_STEP and np.all(steps >= 0) and np.all(off[full] <= 1 + _EVEN * usual) else None
 
 
 def _n_decimal(cell: str) -> int:

@@ -14,7 +14,7 @@ from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.unit_choice import unit_of_column, written_unit
-from calib.lab.instruments.vocabulary import Heading
+from calib.lab.instruments.vocabulary import Heading, without_run
 
 # Rows of numbers by which it is seen which columns hold them.
 _ROWS_SEEN = 20
@@ -61,7 +61,7 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
     groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
     groups = [(*group, *[""] * (period - len(group))) for group in groups]
     alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
-    if len(set(groups)) != 1 or alone:
+    if len({tuple(map(without_run, group)) for group in groups}) != 1 or alone:
         raise InputError(
             Fault(
                 f"{count} specimens seem to stand side by side, but their columns differ: "

@@ -60,6 +60,7 @@ _COUNTS = re.compile(
 _STEPS_OF_READING = re.compile(r"resol|auflös|précision|risol|least|smallest", re.IGNORECASE)
 # Factors of something else than the readings.
 _OTHERS = re.compile(
+    r"full[ -]*scales?(?! *fac)|pleine *échelle|fondo *scala|fondo de *escala|"
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
     r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
     r"plot|graph|chart|axis|stress|strain|time(?!s)|rate|speed|print|colou?r|grey|gray|image|video|camera|friction|"

@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
@@ -300,9 +301,18 @@ def _legacy(data: bytes) -> list[str]:
                 cell = cell.strip().strip('"')
                 if cell.isascii() or len(cell) > 60:
                     continue
-                inner = cell.strip("()[]")
-                count += understand(cell) is not None or looks_like_unit(inner)
+                count += _is_understood(cell)
         return count
 
     scores = {encoding: understood(encoding) for encoding in _LEGACY}
     return sorted(_LEGACY, key=lambda encoding: -scores[encoding])
+
+
+def _is_understood(cell: str) -> bool:
+    """Whether a cell is a name, or holds a unit, that is known; a name with signs for a unit that are none is not."""
+    found = understand(cell)
+    inside = (without_brackets(cell) or ("", ()))[1]
+    odd = [
+        text for text in (cell.strip("()[]"), *inside) if not text.isascii() and (looks_like_unit(text) or kind_of_unit(text))
+    ]
+    return bool(odd) or (found is not None and (not found.unit or looks_like_unit(found.unit)))

@@ -6,8 +6,8 @@ import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 
-from calib.lab.instruments.brackets import no_record, tidy, without_brackets, words_in
-from calib.lab.instruments.lexicon import COMMANDED, LEAST, MEASURED, MOST, SPREADS
+from calib.lab.instruments.brackets import is_commanded, no_record, tidy, without_brackets, words_in
+from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
@@ -106,7 +106,7 @@ def _is_measured(name: str, below: str, quantity: str) -> bool:
 
 
 def _is_commanded(name: str, below: str, quantity: str) -> bool:
-    if not no_record(name) or not any(word in COMMANDED for word in words_in(name)):
+    if not no_record(name) or not any(map(is_commanded, words_in(name))):
         return False
     record = as_a_record(name, below)
     return is_unit_of(below or unit_in(name), quantity) and (record is None or record.quantity == quantity)

@@ -125,8 +125,12 @@ def _changes_nothing(unit: str, words: str) -> bool:
     parts = [w for w in re.split(r"[\s.,;:()\[\]]+", plain) if w]
     if _ARITHMETIC.search(words) or (parts and looks_like_unit(f"{unit} {parts[0]}")):
         return False
-    if not parts or is_wiring(plain):
+    said = [part.strip() for part in re.split(r";|,(?!\d)", plain)]
+    if all(is_wiring(part) for part in said if part):
         return True
+    # The reach of an instrument beside other words is passed by: "5N cell; tared".
+    plain = " ".join(part for part in said if not is_wiring(part))
+    parts = [w for w in re.split(r"[\s.,;:()\[\]]+", plain) if w]
     if any(w.lower() in DERIVED - RELATIVE for w in parts):
         return False
     if is_unit_of(unit, "capacitance") and any(w.lower() in RELATIVE for w in parts):

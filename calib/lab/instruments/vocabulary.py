@@ -23,10 +23,11 @@ from calib.lab.instruments.brackets import (
     says_sense,
     tidy,
     without_brackets,
+    without_conditions,
     words_in,
 )
 from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
-from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
+from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
@@ -71,8 +72,18 @@ _OF_A_RUN = re.compile(
     r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
     re.IGNORECASE,
 )
-# A function of what was measured.
-_FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√", re.IGNORECASE)
+# Of which run a column is, before its name, as Logger Pro writes it: "Latest: Force (N)", "Data Set 1:Time(s)".
+_RUN_BEFORE = re.compile(
+    r"(?:latest|data ?set|datensatz|run|trial|test|measurement|messung|versuch|essai|mesure|prova|ensayo)"
+    r"(?:[ _#]?(?P<index>\d{1,2}))?\s*:\s*(?P<name>.+)",
+    re.IGNORECASE,
+)
+# The letters that formulas have for a quantity, which may be units of another: "Weg s (mm)", "Depth h (mm)".
+_SYMBOLS: Mapping[str, str] = MappingProxyType({"displacement": "shdxzwlu", "force": "FPL", "capacitance": "C", "time": "t"})
+# What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
+_OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
+#: A function of what was measured.
+FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -134,6 +145,16 @@ class Heading:
 def words(name: str) -> str:
     """Write a name in lower case with single spaces: `Z_Position` -> "z position"."""
     return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFKC", name).strip().lower()).strip(" .:")
+
+
+def without_run(cell: str) -> str:
+    """A header cell without the run that stands before its name.
+
+    >>> without_run("Data Set 1:Time(s)"), without_run("Latest: Force (N)"), without_run("Time (s)")
+    ('Time(s)', 'Force (N)', 'Time (s)')
+    """
+    match = _RUN_BEFORE.fullmatch(cell.strip())
+    return match["name"] if match is not None else cell
 
 
 def understood_names(quantity: str) -> str:
@@ -209,7 +230,8 @@ def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
     if cut is None:
         return None
     units = [b for b in cut[1] if looks_like_unit(b)]
-    name = " ".join(part for part in re.split(r"[\s_]+", cut[0]) if not no_record(part))
+    outside = re.sub(r"/([^\W\d_]+)$", lambda of: "" if no_record(of[1]) else of[0], cut[0])
+    name = " ".join(part for part in re.split(r"[\s_]+", outside) if not no_record(part))
     found = understand(f"{name} ({units[-1]})" if units and not unit_below else name, unit_below)
     if found is not None:
         return found
@@ -245,8 +267,9 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     quantity : one of `SI_UNIT`.
     cell, unit_below : as of `understand`.
     """
-    cut = without_brackets(tidy(cell))
-    outside, brackets = cut if cut is not None else (tidy(cell), ())
+    cell = without_conditions(tidy(cell))[0] if quantity in _OF_A_METER else tidy(cell)
+    cut = without_brackets(cell)
+    outside, brackets = cut if cut is not None else (cell, ())
     brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
     tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
@@ -254,7 +277,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
-    factor, function = factor_in(outside), _FUNCTION.search(outside)
+    factor, function = factor_in(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
@@ -268,6 +291,15 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
     cell = _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell))
+    of_run = _RUN_BEFORE.fullmatch(cell)
+    if of_run is not None and not understand(cell[: of_run.start("name")]):
+        found = _interpret(of_run["name"], unit_below)
+        return replace(found, index=found.index or of_run["index"] or "") if isinstance(found, Heading) else found
+    plain, conditions = without_conditions(cell)
+    if conditions:
+        found = _interpret(plain, unit_below)
+        if isinstance(found, Heading) and found.quantity in _OF_A_METER:
+            return replace(found, rank=found.rank + PLAIN, index=found.index or conditions.lower())
     if spelled := spelled_unit(cell):
         quantity, written = spelled
         unit, doubt = _unit_of(quantity, [written], unit_below)
@@ -286,6 +318,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
         readings = list(meanings(plain, inside, unit_below))
+        if tail and readings and _is_symbol(tail, readings[0].quantity, (*brackets, unit_below)):
+            return _weighed(readings, plain, brackets, unit_below)
         if tail and readings and not any(is_unit_of(tail, m.quantity) for m in readings):
             # What stands behind the name is no unit of it: "Load A", "Time N"; or one in another case: "Load_MN".
             if not is_letter(tail) and (looks_like_unit(tail) or any(may_be_meant(tail, m.quantity) for m in readings)):
@@ -296,6 +330,12 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def _is_symbol(tail: str, quantity: str, units: Sequence[str]) -> bool:
+    """Whether a letter behind a name is what formulas have for its quantity, where a unit of that stands beside it."""
+    there = any(unit and is_unit_of(unit, quantity) for unit in units)
+    return there and tail in _SYMBOLS.get(quantity, "") and not is_unit_of(tail, quantity)
 
 
 def _without_factor(outside: str, cell: str) -> tuple[str, str]:

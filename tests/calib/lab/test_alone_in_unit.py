@@ -95,3 +95,65 @@ def test_a_few_results_beside_a_table_cost_it_no_units(tmp_path: Path) -> None:
     table = read_lab_file(path, Reading())
     assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
     assert any("Máx" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        *((name, "N") for name in ("Kraftvorgabe", "Kraftsollwert", "Zielkraft", "ForceSetpoint", "заданная нагрузка")),
+        *(
+            (name, "N")
+            for name in ("Shear force", "Lateral force", "Reibkraft", "Friction", "Querkraft", "Haltekraft", "Side load")
+        ),
+        *(
+            (name, "N")
+            for name in ("Clamping force", "Effort de cisaillement", "Fuerza de corte", "Siła tarcia", "摩擦力", "log F")
+        ),
+    ],
+)
+def test_what_was_commanded_or_is_another_force_is_not_taken(tmp_path: Path, name: str, unit: str) -> None:
+    with pytest.raises(InputError, match="no force column"):
+        read(tmp_path, f"Time (s),Extension (mm),{name} ({unit})", TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(
+            "Wegvorgabe",
+            "Zielposition",
+            "Führungsgröße Weg",
+            "TargetPosition",
+            "Lateral displacement",
+            "Probendicke",
+            "épaisseur",
+        ),
+        *("Thickness", "Kugeldurchmesser", "试样厚度", "Grubość", "Slip", "Roughness"),
+    ],
+)
+def test_what_was_commanded_or_is_another_length_is_not_taken(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),{name} (mm),Force (N),Cp (pF)", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "displacement" not in table.columns
+    commanded = ("vorgabe", "Ziel", "Führung", "Target")
+    assert any("was commanded" in r.reason for r in table.unread) == any(word in name for word in commanded)
+
+
+@pytest.mark.parametrize("name", ["Cable capacitance", "Kabelkapazität X", "Stray", "ёмкость кабеля", "寄生电容"])
+def test_another_capacitance_is_not_taken(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Extension (mm),Force (N),{name} (pF)", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "capacitance" not in table.columns
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Querhauptweg (mm)", "Cx (pF)"),
+        ("横梁升降 (mm)", "Cx (pF)"),
+        ("PI stage position (mm)", "Kapasitansie (pF)"),
+        ("Pd (mm)", "Kap X (pF)"),
+    ],
+)
+def test_a_crosshead_in_other_words_and_symbols_of_instruments_are_taken(tmp_path: Path, names: tuple[str, str]) -> None:
+    table = read(tmp_path, f"Time (s),{names[0]},Force (N),{names[1]}", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert any(names[0] in note and "the only column in mm" in note for note in table.notes)

@@ -446,3 +446,37 @@ def test_a_factor_before_a_name_is_no_number_of_a_channel(name: str) -> None:
     assert "factor" in heading_as("force", name, "").unit_doubt
     assert understand("X1 Force (N)") is not None
     assert understand("C_1_Force[kN]") is not None
+
+
+@pytest.mark.parametrize(
+    ("names", "encoding"),
+    [
+        (("Zeit (s)", "Weg (µm)", "Kraft (mN)", "T (°C)"), "cp1252"),
+        (("Zeit [s]", "Weg [µm]", "Kraft [mN]", "T [°C]"), "cp1252"),
+        (("时间(s)", "位移(µm)".replace("µ", "μ"), "力(mN)", "温度(℃)"), "gbk"),
+        (("時間(s)", "変位(μm)", "荷重(mN)", "温度(℃)"), "shift_jis"),
+        (("Время (с)", "Перемещение (мкм)", "Сила (мН)", "Температура"), "cp1251"),
+    ],
+)
+def test_a_unit_with_a_sign_of_no_ascii_is_read_in_its_encoding(tmp_path: Path, names: Sequence[str], encoding: str) -> None:
+    header = ";".join(names)
+    lines = [f"{t:.3f};{1e3 * d:.1f};{1e3 * f:.2f};22.5" for t, d, f in zip(*PRESS, strict=True)]
+    table = read(tmp_path, [header, *lines], encoding)
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, atol=1e-10)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-5)
+
+
+@pytest.mark.parametrize("cell", ["N (5N cell; tared)", "N (tared; 5 N)", "mm (stage encoder, 10 mm)", "N (5N cell, tared)"])
+def test_the_reach_of_an_instrument_beside_other_words_leaves_a_unit(cell: str) -> None:
+    found = unit_cell(cell)
+    assert found is not None
+    assert found.unit == cell.split()[0]
+
+
+@pytest.mark.parametrize("cell", ["N (5N cell; x10)", "N (tared; peak)", "N (5N; kN)", "mm (10 mm; fitted)"])
+def test_another_word_beside_a_reach_that_changes_the_readings_does_not(cell: str) -> None:
+    assert unit_cell(cell) is None
+
+
+def test_the_mark_of_a_footnote_behind_a_unit_is_passed_by(tmp_path: Path) -> None:
+    assert_press(read(tmp_path, ["Time (s),Displacement (mm),Force (N)*", *rows(*PRESS)]))

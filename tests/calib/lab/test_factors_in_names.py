@@ -1,0 +1,92 @@
+"""A factor anywhere in a name is asked about, also where the user names the column; conditions of a meter are no factor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.vocabulary import heading_as, understand
+
+N = 60
+TIME = np.arange(N) * 0.1
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 36), np.linspace(1.0, 0.02, 24)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+
+
+def read(tmp_path: Path, force: str, reading: Reading) -> LabTable:
+    rows = [f"{t:.2f};{d:.4f};{f:.4f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"Time (s);Extension (mm);{force}", *rows]) + "\n")
+    return read_lab_file(path, reading)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "10*F (N)",
+        "10 x F (N)",
+        "2*F (N)",
+        "1000 F (N)",
+        "0.1 Load (N)",
+        "1e3 Force (N)",
+        "Force (N) ÷ 10",
+        "F times 10 (N)",
+        "Kraft geteilt durch 10 (N)",
+        "F in 10^-2 N",
+        "Force x1000 (N)",
+        "F^2 (N)",
+    ],
+)
+def test_a_factor_is_asked_about_by_its_name_and_again_where_the_user_names_the_column(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, name, Reading())
+    with pytest.raises(InputError, match="--units"):
+        read(tmp_path, name, Reading(columns={"force": name}))
+    table = read(tmp_path, name, Reading(columns={"force": name}, units={"force": "0.1 N"}))
+    assert np.allclose(table.columns["force"], 0.1 * FORCE, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "name", ["2 Load (N)", "x1 Load (N)", "Load cell 10 N (N)", "10 N cell (N)", "1 x Force (N)", "Force @ 100 Hz (N)"]
+)
+def test_a_channel_or_the_reach_of_a_cell_is_no_factor(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, name, Reading(columns={"force": name}))
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Cp @ 100 kHz, 1 V (pF)",
+        "Cp 1kHz 1V (pF)",
+        "Cp [pF] (1 kHz; 1 V)",
+        "C_p 1 MHz [pF]",
+        "Cp-1kHz (pF)",
+        "Cp @ 1 V (pF)",
+        "Cp (f=1 kHz) [pF]",
+        "Cp(1 kHz/1 V) (pF)",
+        "Cp_100kHz_pF",
+        "Cs @ 1 kHz, 500 mVrms (pF)",
+        "C_s (pF)",
+    ],
+)
+def test_at_which_frequency_and_voltage_a_meter_measured_is_no_part_of_the_name(name: str) -> None:
+    heading = understand(name)
+    assert heading is not None
+    assert heading.quantity == ("capacitance_series" if "s" in name[:3] else "capacitance")
+    assert heading.unit == "pF"
+    assert not heading.unit_doubt + heading.name_doubt
+    assert heading_as("capacitance", name).unit_doubt == ""
+
+
+@pytest.mark.parametrize("name", ["Cp error @ 1 kHz (pF)", "Cp (5 V bias) (pF)", "Cp 1 kHz (nF) (pF)"])
+def test_what_else_the_name_says_stays_in_doubt(name: str) -> None:
+    heading = understand(name)
+    assert heading is not None
+    assert heading.unit_doubt + heading.name_doubt
+    assert understand("Cp max 1 kHz (pF)") is None
+    assert heading_as("capacitance", "Cp @ 100 (pF)").unit_doubt

@@ -1,0 +1,51 @@
+"""Minutes with seconds behind their point are read as such where they prove it, and decimals of a minute as decimals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 150
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 90), np.linspace(1.0, 0.02, 60)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+
+
+def read(tmp_path: Path, time: Sequence[str], name: str = "Time (min)", reading: Reading | None = None) -> LabTable:
+    rows = [f"{t};{d:.4f};{f:.4f}" for t, d, f in zip(time, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"{name};Extension (mm);Load (N)", *rows]) + "\n")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize("step", [1, 2, 5, 10, 20])
+def test_minutes_and_seconds_are_read_with_a_note(tmp_path: Path, step: int) -> None:
+    seconds = step * np.arange(N)
+    time = [f"{s // 60}.{s % 60:02d}" for s in seconds]
+    table = read(tmp_path, time)
+    assert np.array_equal(table.columns["time"] - table.columns["time"][0], seconds)
+    assert any("is read as minutes and seconds" in note for note in table.notes)
+    decimal = read(tmp_path, time, reading=Reading(units={"time": "min"}))
+    assert np.allclose(decimal.columns["time"], 60.0 * np.array(time, float))
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02, 0.1, 0.2, 0.25, 0.5])
+def test_decimals_of_a_minute_stay_decimals(tmp_path: Path, step: float) -> None:
+    time = step * np.arange(N)
+    table = read(tmp_path, [f"{t:.2f}" for t in time])
+    assert np.allclose(table.columns["time"], 60.0 * time)
+
+
+def test_seconds_are_no_minutes(tmp_path: Path) -> None:
+    time = [f"{k // 60}.{k % 60:02d}" for k in range(N)]
+    assert np.allclose(read(tmp_path, time, "Time (s)").columns["time"], np.array(time, float))
+
+
+def test_hundredths_behind_seconds_are_read_where_the_header_says_so(tmp_path: Path) -> None:
+    time = [f"00:{k // 4:02d}:{25 * (k % 4):02d}" for k in range(N)]
+    table = read(tmp_path, time, "Time (mm:ss:cs)")
+    assert np.allclose(table.columns["time"] - table.columns["time"][0], 0.25 * np.arange(N))
