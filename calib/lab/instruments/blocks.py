@@ -136,10 +136,11 @@ def _blocks(
     below: list[str] = []
     unread: list[Unread] = []
     skip_units = False
+    head = _of_a_head(rows, [kind_of_line(row, header, keys, len(names)) for row in rows[:_LONGEST_HEAD]])
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
             continue
-        kind = kind_of_line(row, header, keys, len(names))
+        kind = "text" if i < head else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
             own = [unit_cell(c) for c in row]
@@ -198,6 +199,17 @@ def _blocks(
     among_text += apart
     lines = [start + i for i in sorted(among_text)]
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+
+
+def _of_a_head(rows: Sequence[Sequence[str]], kinds: Sequence[str]) -> int:
+    """The number of lines above the first row that begins without a word, if one of them is text: `"HOffset",0,0` is no row."""
+    n = next((i for i, row in enumerate(rows) if any(c.strip() for c in row) and not _begins_with_a_word(row)), 0)
+    return n if n <= _LONGEST_HEAD and "text" in kinds[:n] and "header" not in kinds[:n] else 0
+
+
+def _begins_with_a_word(row: Sequence[str]) -> bool:
+    first = row[0].strip() if row else ""
+    return first[:1].isalpha() and not (is_missing(first) or is_over_range(first) or is_clock(first))
 
 
 # "Status: Running" among the rows, as testers write it.
@@ -356,6 +368,8 @@ def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> li
     return whole
 
 
+# Lines between a header and its rows are no more than this.
+_LONGEST_HEAD = 40
 # Rows with a remark behind their last cell are fewer than this share.
 _FEW_BESIDE = 0.25
 # What may be a reading, with its unit or cut, or a factor of one.

@@ -287,3 +287,9 @@ OF_TESTERS = _set(
     "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward "
     "backward cycling compression tension läuft fertig ende"
 )
+#: Words by which a cell marks what happens at a reading.
+EVENTS = (OF_TESTERS | PHASES) - _set("direction used mode status") | _set(
+    "begin beginning touch touched touchdown turn reversal released release kontakt beginn anfang stopp belastung entlastung "
+    "belasten entlasten umkehr start début fin charge décharge inicio carga descarga contacto inizio fine carico scarico "
+    "contatto początek koniec старт стоп начало конец нагрузка разгрузка контакт 开始 結束 结束 接触 加载 卸载 停止 終了"
+)
