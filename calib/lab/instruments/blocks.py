@@ -186,7 +186,7 @@ def _blocks(
                         advice="If a zero was set anew there, write # before it, and rows of one zero are used together; "
                         "else remove the line"
                         if speaks_of_zero(text.lines[start + k])
-                        else "Remove the line",
+                        else _ANOTHER_RUN,
                     )
                     for k in apart
                 ]
@@ -216,14 +216,35 @@ def _begins_with_a_word(row: Sequence[str]) -> bool:
 _STATUS = re.compile(
     r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I
 )
+# "--- unloading ---".
+_BETWEEN_DASHES = re.compile(r"[-=*~#>]{2,}\s*(?P<words>[^\W\d_][^\d,;\t]*?)\s*[-=*~#<]*")
+# "Page 2 of 3", as a program writes it that prints a table.
+_PAGE = re.compile(
+    r"[-=*~\s]*(?:page|seite|página|pagina|pág\.?|strona|sida|side|страница|стр\.?|第)\s*\d+\s*"
+    r"(?:(?:of|von|de|di|sur|z|av|из|/)\s*\d+|页|頁|ページ)?[-=*~\s]*",
+    re.IGNORECASE,
+)
+# A line that numbers or names a run, of another ball or specimen for all that it says.
+_RUN = re.compile(
+    r"(?<![^\W_])(?:run|test|trial|experiment|versuch|messung|muster|serie|series|batch|essai|mesure|ensayo|prova|próba|pomiar|"
+    r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
+    re.IGNORECASE,
+)
+_ANOTHER_RUN = (
+    "If the rows below it are of another press or specimen, save them in a file of their own; if they go on, remove the line"
+)
 
 
 def _is_remark(line: str) -> bool:
-    """Whether a line of text among the rows changes nothing of them: a comment that names no specimen, a tester's status."""
-    status = _STATUS.fullmatch(line.strip().strip(",;\t"))
+    """Whether a line of text among the rows changes nothing of them.
+
+    Such are a comment that names no specimen or run, a tester's status, what it does between dashes, and the number of a page.
+    """
+    plain = line.strip().strip(",;\t")
+    status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return is_comment(line) and not SPECIMEN.search(line)
+    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line))
 
 
 def _of_scale(text: LabText, at: int) -> Fault:

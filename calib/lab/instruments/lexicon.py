@@ -169,7 +169,8 @@ RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted base
 #: Words of a name whose column counts the phases of one record.
 PHASES = _set(
     "step segment phase stage state cycle block branch direction ramp loop event action schritt abschnitt phasen étape paso "
-    "fase etap mode status used"
+    "fase etap mode status used cycles cyc zyklus zyklen cykl cyklus cyclus ciclo ciclos цикл lastspiel lastspiele lap "
+    "этап шаг 循环 周期 步骤 サイクル 사이클"
 )
 #: Words of what was commanded or allowed, not measured.
 COMMANDED = _set(
