@@ -38,6 +38,8 @@ _PAUSE = 50.0
 _STEPS, _SHARE = 4.0, 0.03
 # Readings between two of another value of a key that tell whether they lie on a curve of their own.
 _FEWEST_TURNS = 10
+# A list is run through again where so many rows are those of a period before; its readings are apart where so many are beside.
+_AGAIN, _BESIDE = 0.9, 0.6
 # Words of what happens that number records, too: "run 2".
 _OF_RECORDS = frozenset(("run", "test"))
 # A press begins and ends below the first share of the largest of all, and goes beyond the second; it has so many readings.
@@ -50,7 +52,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     """List the columns by whose values the rows belong to several records: channels, specimens, frequencies of a list sweep.
 
     A column of such a name is one as soon as it has two values; any other that is not read is, where time or displacement
-    begins anew with its values, time pauses before them, a reading jumps with them, or each of them stands at a whole press.
+    begins anew with its values, time pauses before them, a reading jumps with them, each of them stands at a whole press, or a
+    reading goes with them from row to row, as over a list of voltages.
 
     Parameters
     ----------
@@ -72,6 +75,14 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         if is_spread(sheet.names[index]):
             continue
         named = _is_named_key(sheet, index)
+        swept = None if named else _list_codes(sheet.columns[index])
+        by = [q for q in _JUMPING if q in values and swept is not None and _goes_with(swept, values[q])]
+        if by:
+            what = by[0].removesuffix("_series")
+            faults.append(
+                _fault(sheet, index, f'column "{sheet.names[index]}" changes from row to row, and the {what} with it')
+            )
+            continue
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
@@ -208,6 +219,39 @@ def _codes(cells: Sequence[str], most: int) -> IntArray | None:
         return None
     number = {v: i for i, v in enumerate(values)}
     return np.array([number.get(c.strip(), -1) for c in cells], dtype=np.int64)
+
+
+def _list_codes(cells: Sequence[str]) -> IntArray | None:
+    """The number of the value in each row of a column that runs through a list again and again, row by row; else None."""
+    first = [c.strip() for c in cells[: 4 * _MOST]]
+    if not 2 <= len(set(first)) <= _MOST or len(cells) < 2 * _FEWEST_TURNS:
+        return None
+    _, found = np.unique([c.strip() for c in cells], return_inverse=True)
+    codes = np.asarray(found, dtype=np.int64)
+    if int(codes.max()) >= _MOST or np.mean(codes[1:] != codes[:-1]) < _MOSTLY:
+        return None
+    periods = range(2, min(2 * _MOST, len(cells) // 2))
+    return codes if any(np.mean(codes[p:] == codes[:-p]) > _AGAIN for p in periods) else None
+
+
+def _goes_with(codes: IntArray, v: FloatArray) -> bool:
+    """Whether readings of one value of a list lie beside those of another, and not only between them, as in a press."""
+    base = np.flatnonzero((codes == codes[0]) & np.isfinite(v))
+    if base.size < _FEWEST_TURNS:
+        return False
+    for code in range(int(codes.max()) + 1):
+        rows = np.flatnonzero((codes == code) & np.isfinite(v))
+        rows = rows[(rows > base[0]) & (rows < base[-1])]
+        if code == codes[0] or rows.size < _FEWEST_TURNS:
+            continue
+        off = v[rows] - np.interp(rows, base, v[base])
+        middle = float(np.median(off))
+        after = np.searchsorted(base, rows)
+        around = np.stack([v[base[after - 1]], v[base[after]]])
+        beside = v[rows] > around.max(axis=0) if middle > 0 else v[rows] < around.min(axis=0)
+        if abs(middle) > _STEPS * 1.4826 * float(np.median(np.abs(off - middle))) and np.mean(beside) > _BESIDE:
+            return True
+    return False
 
 
 def _is_named_key(sheet: Sheet, index: int) -> bool:

@@ -75,3 +75,59 @@ def read(tmp_path: Path, name: str, cells: list[str]) -> LabTable:
 def test_phases_and_cycles_of_one_record_are_read_together(tmp_path: Path, name: str, cells: list[str]) -> None:
     table = read(tmp_path, name, cells)
     assert not any(table.reasons)
+
+
+def swept(tmp_path: Path, name: str, listed: list[str], slope: float, *, staircase: bool = False) -> Path:
+    """A press whose capacitance is measured at each value of a list, and goes with it by so much from one to the next."""
+    rng = np.random.default_rng(3)
+    lines = [f"Time (s),{name},Displacement (mm),Cp (pF)"]
+    for k in range(600):
+        at = k - k % len(listed) if staircase else k
+        x = max(min(at, 600 - at) / 300, 0.0)
+        c = 97 + 2 * max(x - 0.2, 0) ** 1.5 + slope * (k % len(listed)) + 0.002 * rng.standard_normal()
+        lines.append(f"{0.1 * k:.1f},{listed[k % len(listed)]},{x:.4f},{c:.4f}")
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+VOLTAGES = [f"{v:.1f}" for v in range(10)]
+HALVES = [f"{v / 2:.1f}" for v in range(-5, 6)]
+LOOP = ["0", "1", "2", "1", "0", "-1", "-2", "-1"]
+
+
+@pytest.mark.parametrize(
+    ("name", "listed"),
+    [("DC Bias (V)", VOLTAGES), ("Vdc (V)", ["-1.00", "0.00", "1.00"]), ("Bias", HALVES), ("Vorspannung", ["off", "on"])],
+)
+@pytest.mark.parametrize("slope", [-0.05, 0.08])
+def test_a_capacitance_that_goes_with_a_list_is_asked_about(tmp_path: Path, name: str, listed: list[str], slope: float) -> None:
+    path = swept(tmp_path, name, listed, slope)
+    with pytest.raises(InputError, match="may belong to several records") as error:
+        read_lab_file(path)
+    choice = error.value.faults[0].choice
+    assert choice is not None
+    assert set(choice.alternatives) == set(listed)
+    table = read_lab_file(path, Reading(where={choice.key: listed[1]}))
+    assert sum(not why for why in table.reasons) in (600 // len(listed), 600 // len(listed) + 1)
+
+
+@pytest.mark.parametrize("listed", [VOLTAGES, HALVES, LOOP, ["1", "2", "3"]])
+@pytest.mark.parametrize("staircase", [False, True])
+def test_a_column_that_counts_and_shows_in_no_reading_asks_nothing(tmp_path: Path, listed: list[str], staircase: bool) -> None:
+    table = read_lab_file(swept(tmp_path, "sub", listed, 0.0, staircase=staircase))
+    assert sum(not why for why in table.reasons) >= 600 - len(listed)
+
+
+def test_a_jump_is_told_with_the_column_that_changes_there(tmp_path: Path) -> None:
+    lines = ["Time (s),Guard (V),Cp (pF)"]
+    rng = np.random.default_rng(5)
+    for k in range(400):
+        x = max(min(k, 400 - k) / 200, 0.0)
+        c = 97 + 2 * max(x - 0.2, 0) ** 1.5 - (0.5 if k >= 90 else 0.0) + 0.002 * rng.standard_normal()
+        lines.append(f"{0.1 * k:.1f},{0.5 * (k >= 90) + 0.001 * (k % 7 + k % 13):.3f},{c:.4f}")
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    told = [note for note in read_lab_file(path).notes if "readings jump by" in note]
+    assert told
+    assert 'what column "Guard (V)" shows, which changes there from "0.016" to "0.518"' in told[0]
