@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, SCALED, ZERO, Jump, jumps_of
+from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, SCALED, UNSHOWN, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -94,7 +96,12 @@ def another_zero(
         if anew:
             told.rows[column.quantity] = tuple(j.row for j in anew)
         open_ = [j for j in jumps if j not in sure]
-        told.notes.extend(_in_words(sheet, column, jumps, values, reading) for jumps in (anew, open_) if jumps)
+        at_open = _changes_there(sheet, [c.index for c in columns], open_)
+        told.notes.extend(
+            _in_words(sheet, column, jumps, values, reading).replace(UNSHOWN, at_open or UNSHOWN)
+            for jumps in (anew, open_)
+            if jumps
+        )
     _heed(zero_remarks(sheet, [c.index for c in columns]), told, sheet, columns, values, reading)
     return told
 
@@ -133,6 +140,32 @@ def _heed(
         f"{words} says that a zero was set anew: rows of one zero of {' and '.join(dict.fromkeys(of))} are used together"
         for words, of in said.items()
     )
+
+
+# A column changes at jumps if each of its steps there is so many times any other.
+_LARGER = 2.0
+
+
+def _changes_there(sheet: Sheet, read: Sequence[int], jumps: Sequence[Jump]) -> str:
+    """A column that is not read and changes at each of some jumps as nowhere else, in words; "" without one."""
+    for index in range(len(sheet.names) if jumps else 0):
+        if index in read or not sheet.columns:
+            continue
+        cells = [c.strip() for c in sheet.columns[index]]
+        behind = np.array([jump.row for jump in jumps])
+        changed = np.array([a != b for a, b in pairwise(cells)])
+        there = np.zeros(changed.size, dtype=bool)
+        there[behind - 1] = True
+        numbers = to_numbers(cells, sheet.declared_decimal or ".").values
+        steps = np.abs(np.diff(numbers))
+        if not np.all(changed[there]):
+            continue
+        as_number = np.all(np.isfinite(steps)) and float(steps[there].min()) > _LARGER * float(steps[~there].max(initial=0.0))
+        if as_number or np.count_nonzero(changed) <= _LARGER * len(jumps):
+            row = jumps[0].row
+            name = f'"{sheet.names[index]}"' if sheet.names[index] else str(index + 1)
+            return f'what column {name} shows, which changes there from "{cells[row - 1]}" to "{cells[row]}"'
+    return ""
 
 
 def _why_lost(sheet: Sheet, column: ReadColumn, last: int, row: int, why: str) -> str:

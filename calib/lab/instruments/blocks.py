@@ -136,10 +136,11 @@ def _blocks(
     below: list[str] = []
     unread: list[Unread] = []
     skip_units = False
+    head = _of_a_head(rows, [kind_of_line(row, header, keys, len(names)) for row in rows[:_LONGEST_HEAD]])
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
             continue
-        kind = kind_of_line(row, header, keys, len(names))
+        kind = "text" if i < head else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
             own = [unit_cell(c) for c in row]
@@ -185,7 +186,7 @@ def _blocks(
                         advice="If a zero was set anew there, write # before it, and rows of one zero are used together; "
                         "else remove the line"
                         if speaks_of_zero(text.lines[start + k])
-                        else "Remove the line",
+                        else _ANOTHER_RUN,
                     )
                     for k in apart
                 ]
@@ -200,18 +201,50 @@ def _blocks(
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
 
 
+def _of_a_head(rows: Sequence[Sequence[str]], kinds: Sequence[str]) -> int:
+    """The number of lines above the first row that begins without a word, if one of them is text: `"HOffset",0,0` is no row."""
+    n = next((i for i, row in enumerate(rows) if any(c.strip() for c in row) and not _begins_with_a_word(row)), 0)
+    return n if n <= _LONGEST_HEAD and "text" in kinds[:n] and "header" not in kinds[:n] else 0
+
+
+def _begins_with_a_word(row: Sequence[str]) -> bool:
+    first = row[0].strip() if row else ""
+    return first[:1].isalpha() and not (is_missing(first) or is_over_range(first) or is_clock(first))
+
+
 # "Status: Running" among the rows, as testers write it.
 _STATUS = re.compile(
     r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I
 )
+# "--- unloading ---".
+_BETWEEN_DASHES = re.compile(r"[-=*~#>]{2,}\s*(?P<words>[^\W\d_][^\d,;\t]*?)\s*[-=*~#<]*")
+# "Page 2 of 3", as a program writes it that prints a table.
+_PAGE = re.compile(
+    r"[-=*~\s]*(?:page|seite|página|pagina|pág\.?|strona|sida|side|страница|стр\.?|第)\s*\d+\s*"
+    r"(?:(?:of|von|de|di|sur|z|av|из|/)\s*\d+|页|頁|ページ)?[-=*~\s]*",
+    re.IGNORECASE,
+)
+# A line that numbers or names a run, of another ball or specimen for all that it says.
+_RUN = re.compile(
+    r"(?<![^\W_])(?:run|test|trial|experiment|versuch|messung|muster|serie|series|batch|essai|mesure|ensayo|prova|próba|pomiar|"
+    r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
+    re.IGNORECASE,
+)
+_ANOTHER_RUN = (
+    "If the rows below it are of another press or specimen, save them in a file of their own; if they go on, remove the line"
+)
 
 
 def _is_remark(line: str) -> bool:
-    """Whether a line of text among the rows changes nothing of them: a comment that names no specimen, a tester's status."""
-    status = _STATUS.fullmatch(line.strip().strip(",;\t"))
+    """Whether a line of text among the rows changes nothing of them.
+
+    Such are a comment that names no specimen or run, a tester's status, what it does between dashes, and the number of a page.
+    """
+    plain = line.strip().strip(",;\t")
+    status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return is_comment(line) and not SPECIMEN.search(line)
+    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line))
 
 
 def _of_scale(text: LabText, at: int) -> Fault:
@@ -356,6 +389,8 @@ def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> li
     return whole
 
 
+# Lines between a header and its rows are no more than this.
+_LONGEST_HEAD = 40
 # Rows with a remark behind their last cell are fewer than this share.
 _FEW_BESIDE = 0.25
 # What may be a reading, with its unit or cut, or a factor of one.

@@ -67,6 +67,9 @@ _BACK, _LOST = 0.2, 0.2
 #: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened; another scale.
 OVERFLOW, ZERO, OPEN, SCALED = "overflow", "zero", "open", "scaled"
 
+#: What is said of a jump that none of the columns that are read shows.
+UNSHOWN = "something that no other column shows"
+
 
 @dataclass(frozen=True)
 class Jump:
@@ -497,7 +500,7 @@ def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str,
 def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
     """Judge a jump of the capacitance: it has not happened if load and ball go on over it, and are at no touch."""
     jump, does = abs(float(course.y[i + 1] - course.y[i])), course.moves(i, at)
-    doubt = f"something that no other column shows, or {_METER}"
+    doubt = f"{UNSHOWN}, or {_METER}"
     force, ball = others.get("force"), others.get("displacement")
     rest = float(_of_press(course, at, jump))
     if force is not None and _is_seen(force):

@@ -14,7 +14,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
-from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
+from calib.lab.instruments.lexicon import EVENTS, KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.small_tables import in_small_table
@@ -38,6 +38,12 @@ _PAUSE = 50.0
 _STEPS, _SHARE = 4.0, 0.03
 # Readings between two of another value of a key that tell whether they lie on a curve of their own.
 _FEWEST_TURNS = 10
+# A list is run through again where so many rows are those of a period before; its readings are apart where so many are beside.
+_AGAIN, _BESIDE = 0.9, 0.6
+# Words of what happens that number records, too: "run 2".
+_OF_RECORDS = frozenset(("run", "test"))
+# A press begins and ends below the first share of the largest of all, and goes beyond the second; it has so many readings.
+_BEGINS, _PRESSES, _FEWEST_OF_PRESS = 0.25, 0.4, 6
 _JUMPING = ("displacement", "force", "capacitance", "capacitance_series")
 _WHOLE = re.compile(r"[+-]?\d+(?:[.,]0*)?")
 
@@ -46,7 +52,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     """List the columns by whose values the rows belong to several records: channels, specimens, frequencies of a list sweep.
 
     A column of such a name is one as soon as it has two values; any other that is not read is, where time or displacement
-    begins anew with its values, time pauses before them, or a reading jumps with them.
+    begins anew with its values, time pauses before them, a reading jumps with them, each of them stands at a whole press, or a
+    reading goes with them from row to row, as over a list of voltages.
 
     Parameters
     ----------
@@ -68,13 +75,25 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         if is_spread(sheet.names[index]):
             continue
         named = _is_named_key(sheet, index)
+        swept = None if named else _list_codes(sheet.columns[index])
+        by = [q for q in _JUMPING if q in values and swept is not None and _goes_with(swept, values[q])]
+        if by:
+            what = by[0].removesuffix("_series")
+            faults.append(
+                _fault(sheet, index, f'column "{sheet.names[index]}" changes from row to row, and the {what} with it')
+            )
+            continue
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
         counting = _counts_within(sheet.columns[index], values)
-        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index), counting=counting):
+        phases = _is_of_phases(sheet, index)
+        parts = named or _parts(codes, values, phases=phases, counting=counting)
+        if not parts and (phases or not _names_presses(sheet, index, codes, values)):
             continue
-        why = "names several" if named else "changes, and time or a reading jumps with it"
+        why = "changes where a press begins anew"
+        if parts:
+            why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
     return faults
 
@@ -202,6 +221,39 @@ def _codes(cells: Sequence[str], most: int) -> IntArray | None:
     return np.array([number.get(c.strip(), -1) for c in cells], dtype=np.int64)
 
 
+def _list_codes(cells: Sequence[str]) -> IntArray | None:
+    """The number of the value in each row of a column that runs through a list again and again, row by row; else None."""
+    first = [c.strip() for c in cells[: 4 * _MOST]]
+    if not 2 <= len(set(first)) <= _MOST or len(cells) < 2 * _FEWEST_TURNS:
+        return None
+    _, found = np.unique([c.strip() for c in cells], return_inverse=True)
+    codes = np.asarray(found, dtype=np.int64)
+    if int(codes.max()) >= _MOST or np.mean(codes[1:] != codes[:-1]) < _MOSTLY:
+        return None
+    periods = range(2, min(2 * _MOST, len(cells) // 2))
+    return codes if any(np.mean(codes[p:] == codes[:-p]) > _AGAIN for p in periods) else None
+
+
+def _goes_with(codes: IntArray, v: FloatArray) -> bool:
+    """Whether readings of one value of a list lie beside those of another, and not only between them, as in a press."""
+    base = np.flatnonzero((codes == codes[0]) & np.isfinite(v))
+    if base.size < _FEWEST_TURNS:
+        return False
+    for code in range(int(codes.max()) + 1):
+        rows = np.flatnonzero((codes == code) & np.isfinite(v))
+        rows = rows[(rows > base[0]) & (rows < base[-1])]
+        if code == codes[0] or rows.size < _FEWEST_TURNS:
+            continue
+        off = v[rows] - np.interp(rows, base, v[base])
+        middle = float(np.median(off))
+        after = np.searchsorted(base, rows)
+        around = np.stack([v[base[after - 1]], v[base[after]]])
+        beside = v[rows] > around.max(axis=0) if middle > 0 else v[rows] < around.min(axis=0)
+        if abs(middle) > _STEPS * 1.4826 * float(np.median(np.abs(off - middle))) and np.mean(beside) > _BESIDE:
+            return True
+    return False
+
+
 def _is_named_key(sheet: Sheet, index: int) -> bool:
     """Whether the name is one of keys, and the cells are whole numbers or words."""
     parts = [w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w]
@@ -216,6 +268,29 @@ def _is_of_phases(sheet: Sheet, index: int) -> bool:
     cells = {c.strip().lower() for c in sheet.columns[index]} - {""}
     dated = all(is_date(c) for c in cells)
     return bool(parts & PHASES) or dated or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
+
+
+def _names_presses(sheet: Sheet, index: int, codes: IntArray, values: Mapping[str, FloatArray]) -> bool:
+    """Whether a column of words or whole numbers holds one value over each press, and another over the next.
+
+    One whose cells speak of phases or cycles counts those of one record.
+    """
+    cells = {c.strip() for c in sheet.columns[index]} - {""}
+    numbers = [c for c in cells if is_numeric(c)]
+    words = [set(re.split(r"[\W\d_]+", c.lower())) & (EVENTS - _OF_RECORDS) for c in cells]
+    if sheet.unit_written(index) or not all(map(_WHOLE.fullmatch, numbers)) or all(words):
+        return False
+    v = next((values[q] for q in ("displacement", "force") if q in values), np.zeros(0))
+    there = np.flatnonzero(np.isfinite(v) & (codes >= 0)) if v.size else np.zeros(0, dtype=np.int64)
+    if not there.size:
+        return False
+    way = v[there] - v[there[0]]
+    way = way if way.max() >= -way.min() else -way
+    presses = np.split(way, np.flatnonzero(np.diff(codes[there])) + 1)
+    low, high = _BEGINS * float(way.max()), _PRESSES * float(way.max())
+    if len(presses) < 2 or high <= 0 or min(map(len, presses)) < _FEWEST_OF_PRESS:
+        return False
+    return all(p[-1] <= low < high <= p.max() for p in presses[:-1]) and all(p[0] <= low for p in presses)
 
 
 def _lie_apart(codes: IntArray, v: FloatArray) -> bool:

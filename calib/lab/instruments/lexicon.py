@@ -173,7 +173,8 @@ RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted base
 #: Words of a name whose column counts the phases of one record.
 PHASES = _set(
     "step segment phase stage state cycle block branch direction ramp loop event action schritt abschnitt phasen étape paso "
-    "fase etap mode status used"
+    "fase etap mode status used cycles cyc zyklus zyklen cykl cyklus cyclus ciclo ciclos цикл lastspiel lastspiele lap "
+    "этап шаг 循环 周期 步骤 サイクル 사이클"
 )
 #: Words of what was commanded or allowed, not measured.
 COMMANDED = _set(
@@ -298,4 +299,10 @@ OF_TESTERS = _set(
     "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "
     "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward "
     "backward cycling compression tension läuft fertig ende"
+)
+#: Words by which a cell marks what happens at a reading.
+EVENTS = (OF_TESTERS | PHASES) - _set("direction used mode status") | _set(
+    "begin beginning touch touched touchdown turn reversal released release kontakt beginn anfang stopp belastung entlastung "
+    "belasten entlasten umkehr start début fin charge décharge inicio carga descarga contacto inizio fine carico scarico "
+    "contatto początek koniec старт стоп начало конец нагрузка разгрузка контакт 开始 結束 结束 接触 加载 卸载 停止 終了"
 )

@@ -107,7 +107,8 @@ _OF_REMARKS = (
 )
 # A line that a program has set apart from the rows; a spreadsheet's words for an error are none.
 _COMMENT = re.compile(
-    r"(?:#+(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%+|//+|!)\s*(?=[\w(\[\"'])", re.IGNORECASE
+    r"(?:#+(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%+|//+|!)\s*(?=[\w(\[\"']|[-=*~>]{2,}\s*[^\W\d_])",
+    re.IGNORECASE,
 )
 
 

@@ -181,8 +181,11 @@ def decide_notation(
             return Notation(
                 "", conflict=f"{words}, and a cell has it as decimal mark", places=_places(texts, [(strong[c][mark], c)])
             )
+    plain = [text for text in texts if "." not in text and "," not in text and _THOUSANDS.search(text)]
     for c, text in enumerate(texts):
-        decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter)
+        decimal, note, conflict, showing = _decimal(
+            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, large=bool(plain)
+        )
         if conflict:
             several = len(showing) > 1
             likely = "" if several else ".," if seen else "," if commas[c] else "."
@@ -233,8 +236,13 @@ def _decimal(
     declared: str,
     asked: str,
     delimiter: str,
+    *,
+    large: bool,
 ) -> _Decision:
-    """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it."""
+    """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it.
+
+    `large` is whether another column has numbers above a thousand without any mark.
+    """
     if shown:
         return shown, "", "", ()
     unsure = {mark: _SHOWN[mark].unsure.search(text) for mark in ".," if mark in text}
@@ -249,22 +257,24 @@ def _decimal(
     if mark in apart_in and seen == {_OTHER[mark]} and not _THOUSANDS.search(text):
         return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as it does in the millions of another column", "", ()
     plain = _PLAIN_WHOLE.search(text)
-    large = _WHOLE.search(text)
-    if plain and (large or seen != {mark}):
+    hundreds = _WHOLE.search(text)
+    if plain and (hundreds or seen != {mark}):
         fitting = _going_on(cells, mark)
         if fitting == "decimal" and seen <= {mark}:
             return mark, f"its {_NAMES[mark]} is the decimal mark, as the whole numbers among the others show", "", ()
         # A program that sets thousands apart does so in every number.
         if fitting == "thousands" and seen <= {_OTHER[mark]} and not _THOUSANDS.search(text):
             return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as the numbers below a thousand show", "", ()
-        if large:
+        if hundreds:
             words = f'"{mark}" may set thousands apart or be the decimal mark: whole numbers beside it'
-            return "", "", words, (large, match)
+            return "", "", words, (hundreds, match)
     if seen == {mark} or (not seen and mark == "." and delimiter == ","):
         return mark, "", "", ()
     if seen:
         words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, other columns have a decimal "
         return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
+    if large and not plain:
+        return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
 

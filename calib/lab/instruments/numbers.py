@@ -28,12 +28,13 @@ _NOT_NUMERIC = re.compile(
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
-    r"over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,}",
+    r"over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf(?:inity)?|[+-]?1\.#inf0*|"
+    r"-{2,}|\*{2,}|#{2,}",
     re.IGNORECASE,
 )
 _MISSING = re.compile(
-    r"|nan|#?n/?a|n\.a\.|#nv|#(?:value|wert|valeur|valor)!|#(?:div|/)/?0!|null|none|-|–|—|missing|no ?data|nicht bekannt|"
-    r"unknown",
+    r"|[+-]?nan(?:\((?:s?ind|[qs]nan)\))?|[+-]?1\.#(?:[qs]?nan|ind)0*|#?n/?a|n\.a\.|#nv|#(?:value|wert|valeur|valor)!|"
+    r"#(?:div|/)/?0!|null|none|-|–|—|missing|no ?data|nicht bekannt|unknown",
     re.IGNORECASE,
 )
 #: The exponent of a number, for patterns.

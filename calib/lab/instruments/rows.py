@@ -26,6 +26,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import shifted_rows
 from calib.lab.instruments.vocabulary import understand
 from calib.lab.instruments.where import asked_name, listed_values
+from calib.lab.instruments.worded import worded_rows
 
 # A last column that is empty in so many rows is one that is not always filled.
 _OFTEN = 0.05
@@ -81,7 +82,9 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     # What is empty in a row now and then may have been its first cell: it goes on by chance. Of many, all do or none.
     sound -= ended.keys() if len(ended) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
     sound |= rows_going_on(sheet, table, results, whole=False) - (ended.keys() - sound)
-    wide = shifted_rows(sheet, table) | {r: why for r, why in (moved | results).items() if r not in sound}
+    worded = worded_rows(sheet, table, {*moved, *results})
+    wide = shifted_rows(sheet, worded.without) | {r: why for r, why in (moved | results).items() if r not in sound}
+    wide |= worded.reasons
     below = {r: why for r, why in results_below(sheet, table).items() if r not in wide}
     wide |= below
     tail = [
@@ -98,7 +101,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         columns=tuple(column[:n_row] for column in table.columns),
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
-        notes=(*notes, *table.notes, *short, *tail),
+        notes=(*notes, *table.notes, *short, *tail, *worded.notes),
         reasons={r: why for r, why in (wide | dict(table.reasons)).items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )

@@ -1,0 +1,92 @@
+"""Lines and words among the rows that every program writes: passed over with a note, unless another record may begin there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, read_lab_file
+from calib.lab.instruments.numbers import is_missing, is_over_range
+
+N = 100
+WAY = np.round(np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(0.98, 0.0, N // 2)]), 4)
+
+
+def read(tmp_path: Path, line: str, *, mark: str = "") -> LabTable:
+    rows = [f"{0.1 * k:.1f},{x:.4f},{4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate(WAY)]
+    rows[N // 2 : N // 2] = line.split("|")
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"{mark}Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# --- unloading ---",
+        "# ===== unload =====",
+        "--- unloading ---",
+        "*** Loading stopped ***",
+        "|Page 2|",
+        "Seite 2 / 3",
+        "- Page 2 of 4 -",
+        "第 2 页",
+        "# retract",
+    ],
+)
+def test_a_line_that_changes_nothing_is_left_out_with_a_note(tmp_path: Path, line: str) -> None:
+    table = read(tmp_path, line)
+    assert not any(table.reasons)
+    assert any("line(s) of text left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "line", ["--- Run 2 ---", "# Run 2", "# Versuch B", "Messung Nr. 3", "# --- test #2 ---", "=====", "%% 试验 2"]
+)
+def test_a_line_that_may_begin_another_record_is_refused_with_two_files_as_advice(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InputError, match="in a file of their own") as error:
+        read(tmp_path, line)
+    assert "stands among the rows" in str(error.value)
+    assert error.value.faults[0].line == 2 + N // 2
+
+
+@pytest.mark.parametrize("cell", ["1.#QNAN", "-1.#IND", "1.#QNAN0", "-1.#IND00", "NaN", "-nan(ind)", "-nan"])
+def test_what_a_program_writes_for_no_number_is_missing(cell: str) -> None:
+    assert is_missing(cell)
+    assert not is_over_range(cell)
+
+
+@pytest.mark.parametrize("cell", ["1.#INF", "-1.#INF", "1.#INF00", "Infinity", "-inf"])
+def test_what_a_program_writes_for_an_infinite_number_is_over_range(cell: str) -> None:
+    assert is_over_range(cell)
+    assert not is_missing(cell)
+
+
+@pytest.mark.parametrize("cell", ["1.#", "1.5", "#1", "ind", "nano", "1.#2"])
+def test_other_cells_are_neither(cell: str) -> None:
+    assert not is_missing(cell)
+    assert not is_over_range(cell)
+
+
+def putty(tmp_path: Path, first: int, *, point: str = ".") -> Path:
+    rows = [f"{first + 200 * k};{int(1000 * x)};{int(4e3 * max(x - 0.15, 0.0) ** 1.5)};{97 + x:.3f}" for k, x in enumerate(WAY)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["time_ms;pos_um;force_mN;cap_pF", *rows]).replace(".", point) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("point", [".", ","])
+def test_a_mark_is_decimal_beside_numbers_above_a_thousand_without_any(tmp_path: Path, point: str) -> None:
+    table = read_lab_file(putty(tmp_path, 1021, point=point))
+    assert table.columns["capacitance"][0] == pytest.approx(97e-12, rel=1e-3)
+    assert any("numbers above a thousand in other columns have none" in note for note in table.notes)
+
+
+def test_a_mark_is_open_where_no_number_is_above_a_thousand(tmp_path: Path) -> None:
+    path = putty(tmp_path, 0)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    few = [lines[0], *(line.replace(line.split(";")[0], str(k), 1) for k, line in enumerate(lines[1:20]))]
+    path.write_text("\n".join(few) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the decimal mark cannot be told"):
+        read_lab_file(path)
