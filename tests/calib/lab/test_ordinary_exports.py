@@ -101,6 +101,39 @@ def test_days_of_a_calendar_under_a_unit_of_seconds_are_refused(tmp_path: Path) 
     assert "days of a calendar" in refusal(path)
 
 
+# --- sizes -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_travel_in_contact_of_micrometres_under_millimetres_is_refused(tmp_path: Path) -> None:
+    path = lab_file(
+        tmp_path, ["Time (s),Displacement (mm),Force (N)"], lambda i: f"{0.1 * i:.1f},{1e3 * PLACE[i]:.1f},{LOAD[i]:.4f}"
+    )
+    assert "--units displacement=..." in refusal(path)
+    assert_right(read_lab_file(path, Reading(units={"displacement": "um"})), 0.1)
+    assert read_lab_file(path, Reading(units={"displacement": "mm"})).columns["displacement"].max() > 0.1
+
+
+@pytest.mark.parametrize(("force", "place"), [("N", 3e5), ("kN", 3e2)])
+def test_a_load_of_a_hundred_tonnes_is_refused(tmp_path: Path, force: str, place: float) -> None:
+    path = lab_file(
+        tmp_path,
+        [f"Time (s),Displacement (mm),Force ({force})"],
+        lambda i: f"{0.1 * i:.1f},{PLACE[i]:.4f},{place * LOAD[i]:.1f}",
+    )
+    assert "--units force=..." in refusal(path)
+
+
+@pytest.mark.parametrize("start", [0.0, 412.0])
+def test_a_block_of_foam_that_is_pressed_by_sixty_millimetres_after_a_long_way_is_read(tmp_path: Path, start: float) -> None:
+    def row(i: int) -> str:
+        place = 2.0 * min(i, N - 1 - i)  # the last sixty of 160 mm in contact
+        load = 200.0 * max(0.0, (place - 100) / 60) ** 1.5
+        return f"{0.1 * i:.1f},{place + start:.3f},{load + 0.01 * (i % 3 - 1):.3f}"
+
+    table = read_lab_file(lab_file(tmp_path, ["Time (s),Displacement (mm),Force (N)"], row))
+    assert np.isclose(np.ptp(table.columns["displacement"]), 0.16)
+
+
 # --- columns without a reading -----------------------------------------------------------------------------------------
 
 
@@ -186,3 +219,59 @@ def test_a_line_of_comments_above_names_is_no_line_of_names(tmp_path: Path) -> N
     head = ['"Comment","Setpoint","Tare"', '"Time (s)","Displacement (mm)","Force (N)"']
     table = read_lab_file(lab_file(tmp_path, head, lambda i: f"{0.5 * i:.2f},{pressed(i)}"))
     assert_right(table, 0.5)
+
+
+# --- words -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "head", ["Time (s),Displacement (mm),Force (N)", "# compression negative\nTime (s),Extension (mm),Load (N)"]
+)
+def test_a_load_that_falls_to_zero_at_once_may_be_a_pull_off(tmp_path: Path, head: str) -> None:
+    def row(i: int) -> str:
+        time = 0.15 * i
+        depth = 0.0577 * time if time < 10 else 0.577 - 0.0645 * (time - 10)
+        load = -2.1 * max(0.0, depth) ** 1.5
+        if time >= 10:
+            load = 2.0 - 5.24 * max(0.0, depth + 0.1) ** 1.5 if depth > -0.27 else 0.0
+        return f"{time:.2f},{-depth:.4f},{load + 0.002 * (7 * i % 5 - 2):.4f}"
+
+    notes = read_lab_file(lab_file(tmp_path, [head], row)).notes
+    assert any("the ball came off the sample" in note for note in notes), notes
+
+
+@pytest.mark.parametrize("word", ["Reference", "Trigger"])
+def test_a_reference_is_not_said_to_be_commanded(tmp_path: Path, word: str) -> None:
+    head = f"Time (s),Displacement (mm),Force (N),{word} force (N)"
+    table = read_lab_file(lab_file(tmp_path, [head], lambda i: f"{0.1 * i:.1f},{pressed(i)},0.05"))
+    assert any("what others are compared with" in part.reason for part in table.unread)
+
+
+def test_rows_that_are_short_do_not_decide_on_the_decimal_mark(tmp_path: Path) -> None:
+    def row(i: int) -> str:
+        cells = [f"{0.1 * i:.2f}", f"{LOAD[i]:.3f}", f"{PLACE[i]:.4f}", f"{97 + PLACE[i]:.3f}"]
+        return ";".join(cells if i not in (12, 13, 14) else [cells[0], *cells[2:]])
+
+    table = read_lab_file(lab_file(tmp_path, ["t[s];F[N];z[mm];C[pF]"], row))
+    assert [r for r, why in enumerate(table.reasons) if why] == [12, 13, 14]
+    assert np.all(np.isnan(table.columns["displacement"][12:15]))
+    assert any("3 row(s) with fewer cells than most" in note for note in table.notes)
+
+
+def test_a_load_that_goes_on_in_whole_numbers_may_be_in_another_unit(tmp_path: Path) -> None:
+    def row(i: int) -> str:
+        return f"{0.1 * i:.1f},{PLACE[i]:.4f}," + (f"{LOAD[i]:.3f}" if i < 60 or LOAD[i] < 0.2 else f"{1e3 * LOAD[i]:.0f}")
+
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *(row(i) for i in range(100)), ""]))
+    said = refusal(path)
+    assert "have no decimal mark, or are in another unit" in said
+    assert "in one unit" in said
+
+
+def test_of_a_letter_and_a_plain_name_both_may_be_meant(tmp_path: Path) -> None:
+    def row(i: int) -> str:
+        return f"{0.1 * i:.1f},{3 - PLACE[i]:.4f},{pressed(i)}"
+
+    said = refusal(lab_file(tmp_path, ["Time (s),d (mm),Weg (mm),Kraft (N)"], row))
+    assert '"Weg (mm)", which bears the plain name, could be it as well' in said
