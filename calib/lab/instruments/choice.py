@@ -420,6 +420,20 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     return f"say which column it is, by its name or number: --columns {quantity}=...{of_height}"
 
 
+def _how_to_give(sheet: Sheet, quantity: str, choice: ColumnChoice, reading: Reading) -> str:
+    """What to do where a quantity that is needed has no column: name one, or export it, where there is none left to name."""
+    alone = "a load alone is no press, export the displacement of the same rows too, in a column beside it"
+    taken = {index for index, _ in choice.chosen.values()}
+    none_left = all(i in taken or not name or not first_cell(sheet, i) for i, name in enumerate(sheet.names))
+    if quantity == "displacement" and (none_left or reading.columns.get(quantity) == "none"):
+        return alone[0].upper() + alone[1:]
+    named = (
+        f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
+        f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}'
+    )
+    return f"{named}; if no column is one: {alone}" if quantity == "displacement" else named
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -441,8 +455,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
             f"no {quantity} column among {there}",
             sheet.text.path,
             sheet.header_line or None,
-            advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}',
+            advice=_how_to_give(sheet, quantity, choice, reading),
         )
         for quantity in family.requirement(found)
     ]

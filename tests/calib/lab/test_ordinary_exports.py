@@ -275,3 +275,27 @@ def test_of_a_letter_and_a_plain_name_both_may_be_meant(tmp_path: Path) -> None:
 
     said = refusal(lab_file(tmp_path, ["Time (s),d (mm),Weg (mm),Kraft (N)"], row))
     assert '"Weg (mm)", which bears the plain name, could be it as well' in said
+
+
+def test_a_load_alone_is_told_what_it_lacks(tmp_path: Path) -> None:
+    path = lab_file(tmp_path, ["Time (s),Force (N)"], lambda i: f"{0.1 * i:.1f},{LOAD[i]:.4f}")
+    for reading in (Reading(), Reading(columns={"displacement": "none"})):
+        said = refusal(path, reading)
+        assert "A load alone is no press, export the displacement" in said
+        assert "--columns displacement" not in said
+
+
+def test_a_load_beside_columns_of_other_names_is_told_both_ways(tmp_path: Path) -> None:
+    path = lab_file(tmp_path, ["Time (s),Force (N),Wert"], lambda i: f"{0.1 * i:.1f},{LOAD[i]:.4f},{PLACE[i]:.4f}")
+    said = refusal(path)
+    assert "--columns displacement=..." in said
+    assert "a load alone is no press" in said
+
+
+def test_pairs_of_x_and_y_below_a_title_are_told_to_be_named(tmp_path: Path) -> None:
+    head = ["Force vs displacement,,Capacitance vs displacement,", "X,Y,X,Y"]
+    said = refusal(lab_file(tmp_path, head, lambda i: f"{PLACE[i]:.4f},{LOAD[i]:.3f},{PLACE[i]:.4f},{97 + PLACE[i]:.3f}"))
+    assert "Write one line of names with units" in said
+    assert "Remove the line" not in said
+    named = ["Displacement (mm),Force (N),Displacement (mm),Capacitance (pF)"]
+    read_lab_file(lab_file(tmp_path, named, lambda i: f"{PLACE[i]:.4f},{LOAD[i]:.3f},{PLACE[i]:.4f},{97 + PLACE[i]:.3f}"))
