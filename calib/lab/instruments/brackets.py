@@ -236,7 +236,7 @@ def no_record(text: str) -> str:
         if word in BOUNDS:
             return f'"{word}" is a bound or a flag, not measured'
         if word in ("reference", "trigger"):
-            return f'"{word}" is what others are compared with, not measured'
+            return f'"{word}" was commanded, or is what others are compared with'
         if word in COMMANDED:
             return f'"{word}" was commanded, not measured'
     return ""
