@@ -45,8 +45,8 @@ def _of_empty_cells(obs: Observations, reasons: list[str]) -> str:
     if len(empty) > 1:
         return f"No row has a reading of each: export {' and '.join(empty)} in the same rows, or each in a file of its own"
     options = [f"say which column holds it, --columns {empty[0]}=..., or export it too"]
-    if empty[0] == "time" and obs.displacement is not None and obs.force is not None:
-        options.insert(0, "leave it out: --columns time=none")
+    if empty[0] in ("time", "capacitance") and obs.displacement is not None and obs.force is not None:
+        options.insert(0, f"leave it out: --columns {empty[0]}=none")
     return f'The column "{obs.table.sources.get(empty[0], empty[0])}" is empty: {"; or ".join(options)}'
 
 

@@ -176,6 +176,9 @@ def _blocks(
             if remarks and blocks[-1].rows:
                 among_text += remarks
                 apart = [k for k in apart if k not in remarks]
+            numbers = next((k for k in apart if _is_of_numbers(text.lines[start + k])), None)
+            if numbers is not None and blocks[-1].rows:
+                raise InputError(_other_names_needed(sheet, start + numbers))
             if apart and blocks[-1].rows:
                 faults += [
                     Fault(
@@ -210,6 +213,24 @@ def _of_a_head(rows: Sequence[Sequence[str]], kinds: Sequence[str]) -> int:
 def _begins_with_a_word(row: Sequence[str]) -> bool:
     first = row[0].strip() if row else ""
     return first[:1].isalpha() and not (is_missing(first) or is_over_range(first) or is_clock(first))
+
+
+def _is_of_numbers(line: str) -> bool:
+    """Whether a line holds several numbers and nothing else, however they are parted."""
+    cells = [c for c in re.split(r"[\t;,|\s]+", line.strip()) if c]
+    return len(cells) > 2 and all(map(is_numeric, cells))
+
+
+def _other_names_needed(sheet: Sheet, at: int) -> Fault:
+    """The refusal of rows that the line taken for the header does not part into cells, so that some seem to be text."""
+    header = sheet.text.lines[sheet.header_line - 1].strip()[:60] if sheet.header_line else ""
+    return Fault(
+        f'"{sheet.text.lines[at].strip()[:80]}" is a row of numbers, and "{header}", taken for the header, names no such',
+        sheet.text.path,
+        at + 1,
+        advice="Write one line of names with units above the rows, one for each column, as in "
+        '"Displacement (mm),Force (N)", in the place of the lines there',
+    )
 
 
 # "Status: Running" among the rows, as testers write it.

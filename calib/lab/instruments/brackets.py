@@ -300,6 +300,8 @@ def no_record(text: str) -> str:
             return f'"{word}" is a statistic, no record'
         if word in BOUNDS:
             return f'"{word}" is a bound or a flag, not measured'
+        if word in ("reference", "trigger"):
+            return f'"{word}" was commanded, or is what others are compared with'
         if is_commanded(word):
             return f'"{word}" was commanded, not measured'
     return ""

@@ -14,7 +14,7 @@ from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS, STEP_TIMES
-from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
@@ -97,6 +97,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
             faults += _at_rest(sheet, quantity, candidates)
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
+    notes += _without_empty_capacitance(sheet, chosen, unread)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -278,6 +279,20 @@ def _without_stray_letters(
 # --- what is left --------------------------------------------------------------------------------------------------------
 
 
+def _without_empty_capacitance(sheet: Sheet, chosen: dict[str, tuple[int, Heading]], unread: dict[int, str]) -> list[str]:
+    """Take out a capacitance without a reading in any row, as of a meter that was not connected, beside a press; its note."""
+    notes = []
+    for quantity in ("capacitance", "capacitance_series"):
+        index = chosen[quantity][0] if quantity in chosen else -1
+        if index < 0 or index in sheet.assigned or not all(map(is_missing, sheet.columns[index])):
+            continue
+        if all(q in chosen and first_cell(sheet, chosen[q][0]) for q in ("displacement", "force")):
+            del chosen[quantity]
+            unread[index] = "empty"
+            notes.append(f'"{_shown(sheet, index)}" has no reading in any row: the press is read without it')
+    return notes
+
+
 def _drop_what_has_no_use(
     sheet: Sheet, chosen: dict[str, tuple[int, Heading]], unread: dict[int, str], faults: list[Fault]
 ) -> None:
@@ -405,6 +420,20 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     return f"say which column it is, by its name or number: --columns {quantity}=...{of_height}"
 
 
+def _how_to_give(sheet: Sheet, quantity: str, choice: ColumnChoice, reading: Reading) -> str:
+    """What to do where a quantity that is needed has no column: name one, or export it, where there is none left to name."""
+    alone = "a load alone is no press, export the displacement of the same rows too, in a column beside it"
+    taken = {index for index, _ in choice.chosen.values()}
+    none_left = all(i in taken or not name or not first_cell(sheet, i) for i, name in enumerate(sheet.names))
+    if quantity == "displacement" and (none_left or reading.columns.get(quantity) == "none"):
+        return alone[0].upper() + alone[1:]
+    named = (
+        f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
+        f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}'
+    )
+    return f"{named}; if no column is one: {alone}" if quantity == "displacement" else named
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -426,8 +455,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
             f"no {quantity} column among {there}",
             sheet.text.path,
             sheet.header_line or None,
-            advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}',
+            advice=_how_to_give(sheet, quantity, choice, reading),
         )
         for quantity in family.requirement(found)
     ]

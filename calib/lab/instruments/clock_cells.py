@@ -18,9 +18,10 @@ _LONGEST = 80
 _DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
 _CLOCK = re.compile(
     rf"^\s*(?P<date>{_DATE})?[ T]*"
-    r"(?P<first>\d{1,3}):(?P<second>\d{2})(?::(?P<third>\d{2})|(?=[.,]\d))(?P<part>[.,]\d+|(?<=:\d\d):\d{3}(?:\d{3})?)?\s*"
+    r"(?P<first>\d{1,3}):(?P<second>\d{1,2}(?=:)|\d{2})(?::(?P<third>\d{1,2})|(?=[.,]\d))(?P<part>[.,]\d+|(?<=:\d\d):\d{3}(?:\d{3})?)?\s*"
     r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$"
 )
+# Scripts write "10:0:0", without zeros in front; of two parts it is a ratio as well.
 # The usual one, with a date or without, recognised and read at once.
 _USUAL_CLOCK = rf"(?:{_DATE}[ T]+)?\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,]\d+)?"
 _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)

@@ -151,8 +151,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
+    trusted = sheet.trusted()
     notation = _typed(sheet, len(written)) or decide_notation(
-        [cells[c.quantity] for c in written],
+        [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
         asked=reading.decimal,

@@ -139,6 +139,9 @@ def _decimals_lost(cells: Sequence[str], values: FloatArray, padded: IntArray) -
 
 def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:
     beside = int(np.flatnonzero(marked)[np.argmin(np.abs(np.flatnonzero(marked) - row))])
+    if row == beside + 1 and not np.any(marked[row:]) and cells[row].lstrip(f"{SIGNS} \t")[:1] != "0":
+        shown = f'"{cells[row].strip()}", above it "{cells[beside].strip()}"'
+        return Doubts(fault=f"from this line on the numbers have no decimal mark, or are in another unit: {shown}", row=row)
     return Doubts(
         fault=f'some cells have lost their decimal mark: "{cells[row].strip()}" beside "{cells[beside].strip()}"', row=row
     )

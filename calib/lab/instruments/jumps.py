@@ -372,6 +372,8 @@ def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> 
 
 _Judged = tuple[str, str]
 _ANEW = "its zero was set anew there"
+# A ball that comes off a sticky sample at once leaves the load at zero as well.
+_OFF = f"{_ANEW}, or the ball came off the sample"
 _COUNTER = "a counter that overflowed"
 _SLIP = "a slip, a pull-off, or another zero of the load cell"
 _METER = "a meter's range or offset that changed, or a counter that overflowed"
@@ -402,7 +404,7 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     zero = abs(after) <= near_zero and abs(before) > 0.5 * abs(jump)
     ball = others.get("displacement")
     if ball is not None and _set_to_zero(course, at, ball.y, ball.noise)[np.searchsorted(at, i)]:
-        return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
+        return (OPEN, _SLIP) if pause else (ZERO, _OFF)
     witness = _witness(others, "displacement")
     if witness is None:
         if does != "on" or pause or not whole:
@@ -415,7 +417,8 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     if does == "on" or (does == "rests" and witness.rests(i)):
         up = before * after > 0 and abs(after) > abs(before)
         beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
-        return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
+        found = _OFF if zero else _ANEW if up or beyond else ""
+        return (ZERO, found) if found and not pause else (OPEN, _SLIP)
     if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
         # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)

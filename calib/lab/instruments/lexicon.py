@@ -234,7 +234,7 @@ CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc inp
 MAKERS = _set(
     "kistler hbm hbk burster futek lorenz schunk ati zemic kyowa tml vishay tedea revere sauter imada shimpo keyence wenglor "
     "baumer sick heidenhain sylvac mitutoyo micro-epsilon microepsilon solartron rdp novotechnik polytec renishaw "
-    "magnescale omron panasonic keysight agilent hioki wayne-kerr gwinstek"
+    "magnescale omron panasonic keysight agilent hioki wayne-kerr gwinstek instron zwick zwickroell shimadzu mecmesin"
 )
 #: Words that stand before a number of something else than an instrument: a specimen, a gain, a filter, a version.
 NUMBERED_OTHERWISE = _set(

@@ -150,7 +150,8 @@ def _less_than(
         # One that only its brackets put aside may be meant as it stands.
         either = [best.index, *([index] if _fits(sheet, PossibleColumn(index, plain)) else [])]
         choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in either), quantity)
-        named = f'"{name}", which bears the plain name, cannot be read ({why.removesuffix(": not used")})'
+        cannot = "could be it as well" if why == "not used" else f"cannot be read ({why.removesuffix(': not used')})"
+        named = f'"{name}", which bears the plain name, {cannot}'
         correct = "Correct the unit in the file, or say that the other one is meant"
         return [
             Fault(

@@ -91,7 +91,8 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         doubts = doubtful(cells, number, decimal, whole=whole)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
-            advice = _last_digit(sheet, column, cells[doubts.row], doubts.decimals) + DAMAGED
+            one_unit = "If it is another unit, write all rows in one unit. " if "another unit" in doubts.fault else ""
+            advice = one_unit + _last_digit(sheet, column, cells[doubts.row], doubts.decimals) + DAMAGED
             faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=advice))
         for r, why in doubts.rows.items():
             number[r] = np.nan

@@ -26,6 +26,9 @@ _LARGE = 1e-6
 _NEVER_NEAR_ZERO = 0.5
 # A capacitance is a change of one if its smallest reading, but for such a share of them, is so small beside its largest.
 _FEWEST, _FEW, _OF_A_SENSOR = 12, 0.1, 0.1
+# Travel in contact [m] and load [N] that are no press of a ball, whatever the size of the block, unless the unit is said once
+# more; what share of the change of the load tells contact, and the share of readings at either end that may be damaged.
+_LONG, _HEAVY, _CONTACT, _ENDS = 0.1, 1e5, 0.2, 0.02
 # What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
 _WHOLE = {"capacitance": (1e-8, 5), "capacitance_series": (1e-8, 5), "force": (1e3, 4)}
 _SHOWN = 500
@@ -71,7 +74,48 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
                 advice=advice,
             )
         )
-    return faults or _negative(sheet, values, places) or _without_marks(sheet, values, places, reading)
+    return (
+        faults
+        or _negative(sheet, values, places)
+        or _without_marks(sheet, values, places, reading)
+        or _no_press(sheet, values, places, reading)
+    )
+
+
+def _no_press(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+    """The faults of a load, and of a travel in contact, that are larger than those of any press of a ball."""
+    if "force" not in values or np.count_nonzero(np.isfinite(values["force"])) < _FEWEST:
+        return []
+    force = values["force"]
+    change = np.abs(force - np.nanmedian(force[np.isfinite(force)][:_FEWEST]))
+    spans = {"force": (_width(force), _HEAVY)}
+    if "displacement" in values:
+        pressed = np.nan_to_num(change) > _CONTACT * float(np.quantile(change[np.isfinite(change)], 1 - _ENDS))
+        spans["displacement"] = _width(values["displacement"][pressed]), _LONG
+    faults = []
+    for quantity, (span, most) in spans.items():
+        if span <= most or quantity in reading.units:
+            continue
+        index, unit = places[quantity], SI_UNIT[quantity]
+        written = sheet.unit_written(index) or unit
+        faults.append(
+            Fault(
+                f'column "{sheet.names[index]}": it goes over {span:.3g} {unit}{" in contact" if unit == "m" else ""}, '
+                "which no press of a ball does",
+                sheet.text.path,
+                int(sheet.lines[int(np.nanargmax(np.abs(values[quantity])))]),
+                index + 1,
+                advice=f"Check its unit; say the right one by --units {quantity}=...; if it is right, say it once more: "
+                f"--units {quantity}={written}",
+            )
+        )
+    return faults
+
+
+def _width(values: FloatArray) -> float:
+    """What readings go over, but for a few at either end; 0 for too few."""
+    there = values[np.isfinite(values)]
+    return float(np.ptp(np.quantile(there, [_ENDS, 1 - _ENDS]))) if there.size >= _FEWEST else 0.0
 
 
 def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:

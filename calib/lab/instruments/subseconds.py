@@ -36,7 +36,7 @@ _OF_TIMES = frozenset(
 )
 _BESIDE = _OF_TIMES | {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
 _WHOLE_SECONDS = re.compile(
-    r"(?P<clock>.*\d:\d{2}:\d{2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"
+    r"(?P<clock>.*\d:\d{1,2}:\d{1,2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"
 )
 _WHOLE = re.compile(r"\s*[+-]?\d+\s*")
 _FEWEST = 5

@@ -13,6 +13,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.signals import with_comments_as_names, with_signals_named
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
@@ -51,6 +52,8 @@ _FEWEST_NUMBERS = 9
 _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 # What the serial monitor of Arduino writes before each line, and the name of the column that this becomes.
 _STAMP, _OF_STAMPS = re.compile(r"\s*(?P<stamp>\d{2}:\d{2}:\d{2}(?:\.\d{1,6})?) -> ?"), "received"
+# Characters at the beginning among which the list of signals ends.
+_OF_SIGNALS = 20_000
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -177,6 +180,12 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if "->" in text and (stamped := _with_stamps_in_cells(text.split("\n"))):
         text = "\n".join(stamped)
         notes.append('a time and "->" stand before every line, as a serial monitor writes them: these times are a column')
+    if "startofdata" in text[:_OF_SIGNALS].lower() and (named := with_signals_named(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append('the columns are named by the list of signals ("Sig1" and so on) above "StartOfData"')
+    if "comment" in text[:_OF_SIGNALS].lower() and (named := with_comments_as_names(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append('channels are named by the line "Comment" above their addresses and units')
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")

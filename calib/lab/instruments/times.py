@@ -143,7 +143,8 @@ def time_faults(
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
-    said_days = reading.units.get("time") is not None and factor == _DAY and any(low < number < high for low, high in _DAYS)
+    # Of a unit of days, said or written, the days of a calendar are what else they would be.
+    said_days = factor == _DAY and any(low < number < high for low, high in _DAYS)
     said_ticks = reading.units.get("time") is not None and factor == 1e-7 and _TICKS[0] < number < _TICKS[1]
     if largest > _EPOCH[1] and not said_days and not said_ticks:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
@@ -166,7 +167,7 @@ def time_faults(
         words = f'"{written}" may be seconds since 1970, but its unit says otherwise'
         return fault(0, words, f"{_WHICH}s if it is so, or the unit of the header once more if that is right")
     few_days = pace < 0.01 and float(np.ptp(time)) < 3.0 * factor
-    if few_days and any(low < number < high for low, high in _DAYS):
+    if few_days and not said_days and any(low < number < high for low, high in _DAYS):
         words = f'"{written}" seems to be the days of a calendar, as spreadsheets count them'
         return fault(0, words, f"If it is, say so by the unit of time (day), {WITHOUT}")
     span = float(np.ptp(time))

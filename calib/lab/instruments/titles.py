@@ -11,6 +11,7 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
+from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.text import LabText
@@ -250,7 +251,10 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
             continue
         own, above = understand(cell), understand(name, unit)
         renamed = own is not None and (above is None or own.quantity != above.quantity)
-        if renamed or _is_reading(cell) or begins_with_unit(cell) or unit_cell(f"({unit or '-'}) {cell}") is None:
+        if renamed or _is_reading(cell) or begins_with_unit(cell):
+            return False
+        # A remark, or the instrument: "measured", "Instron 5943".
+        if unit_cell(f"({unit or '-'}) {cell}") is None and not all(instrument_words(cell.split())):
             return False
     return True
 

@@ -1,0 +1,66 @@
+"""From lines that name channels elsewhere than in the header, by number or above their addresses, to lines with a header."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+
+# TA Instruments writes "Sig1<tab>Time (min)", ... and the rows behind a line "StartOfData".
+_SIGNAL = re.compile(r"sig(?P<number>\d{1,2})[\t,;]\s*(?P<name>\S.*?)\s*", re.IGNORECASE)
+_START = "startofdata"
+_ABOVE = 400
+# Hioki writes what the user called a channel above its address: "Comment","Force", below it "Time","U1-1[N]".
+_COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
+_ADDRESS = re.compile(r"(?:CH|[A-Z]{0,2})\d{1,3}(?:[-_][A-Z]{0,2}\d{1,3})?\s*(?P<unit>\[[^\[\]]+\]|\([^()]+\))?", re.IGNORECASE)
+
+
+def with_signals_named(lines: Sequence[str]) -> list[str]:
+    """The lines with the names of the signals where the data start; [] if the signals are not listed one by one, from 1 on.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_signals_named(["Sig1\\tTime (min)", "Sig2\\tStatic Force (N)", "Date\\t14-Mar", "StartOfData", "0.0\\t0.01"])[3:]
+    ['Time (min)\\tStatic Force (N)', '0.0\\t0.01']
+    """
+    start = next((i for i, line in enumerate(lines[:_ABOVE]) if line.strip().lower() == _START), -1)
+    found = [match for line in lines[: max(start, 0)] if (match := _SIGNAL.fullmatch(line)) is not None]
+    if len(found) < 2 or [int(match["number"]) for match in found] != list(range(1, len(found) + 1)):
+        return []
+    row = next((line for line in lines[start + 1 :] if line.strip()), "")
+    mark = next((mark for mark in "\t;," if mark in row), "")
+    if not mark or row.rstrip(f"{mark} ").count(mark) != len(found) - 1 or any(mark in match["name"] for match in found):
+        return []
+    return [*lines[:start], mark.join(match["name"] for match in found), *lines[start + 1 :]]
+
+
+def with_comments_as_names(lines: Sequence[str]) -> list[str]:
+    """The lines with the names of a line "Comment" in that of the addresses and units below it; [] if there is no such pair.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_comments_as_names(["Comment,Force,Disp", "Time,U1-1[N],U1-2[mm]", "0.0,0.1,0.2"])
+    ['', 'Time,Force [N],Disp [mm]', '0.0,0.1,0.2']
+    """
+    for i, (line, below) in enumerate(pairwise(lines[:_ABOVE])):
+        start = _COMMENT.match(line)
+        if start is None:
+            continue
+        mark = start[0][-1]
+        names, addresses = (next(csv.reader([text], delimiter=mark)) for text in (line, below))
+        found = [_ADDRESS.fullmatch(address.strip()) for address in addresses[1:]]
+        if len(names) != len(addresses) or _TIME.fullmatch(addresses[0]) is None or None in found:
+            continue
+        named = [
+            f"{name.strip()} {match['unit'] or ''}".strip() if name.strip() and match is not None else address
+            for name, address, match in zip(names[1:], addresses[1:], found, strict=True)
+        ]
+        if any(mark in name or '"' in name for name in named) or not any(name.strip() for name in names[1:]):
+            continue
+        return [*lines[:i], "", mark.join([addresses[0], *named]), *lines[i + 2 :]]
+    return []
