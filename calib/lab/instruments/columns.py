@@ -33,7 +33,7 @@ from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import MOVED
-from calib.lab.instruments.size import implausible, only_changes
+from calib.lab.instruments.size import implausible, no_press, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
@@ -257,7 +257,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if not faults and "time" in usable:
         faults = begins_anew(sheet, places["time"], usable["time"])
     contradicted = told_otherwise(sheet, columns, usable, notation.decimal, reading)
-    if faults := faults or [*contradicted.faults]:
+    if faults := faults or [*contradicted.faults] or no_press(sheet, usable, places, reading):
         raise InputError(_with_a_way_out(faults, choice.chosen))
     notes += contradicted.notes
     notes += [*still.notes, *zeros.notes]

@@ -74,16 +74,19 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
                 advice=advice,
             )
         )
-    return (
-        faults
-        or _negative(sheet, values, places)
-        or _without_marks(sheet, values, places, reading)
-        or _no_press(sheet, values, places, reading)
-    )
+    return faults or _negative(sheet, values, places) or _without_marks(sheet, values, places, reading)
 
 
-def _no_press(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """The faults of a load, and of a travel in contact, that are larger than those of any press of a ball."""
+def no_press(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+    """Find a load, and a travel in contact, that are larger than those of any press of a ball.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : quantity -> readings in SI, nan where there is none that can be used, (n_row,).
+    places : quantity -> index of its column.
+    reading : what the user says of the file: a unit that is said once more is right.
+    """
     if "force" not in values or np.count_nonzero(np.isfinite(values["force"])) < _FEWEST:
         return []
     force = values["force"]
