@@ -112,7 +112,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"
         above = (*above, f"the names of the columns are those that {where} by number")
     elif names[0] == ROW_NAMES and len(names) == len(split_line(text.lines[header], delimiter)) + 1:
-        above = (*above, f"rows have a cell more than line {header + 1}, the first, in quotes: their names, as R writes them")
+        above = (*above, f"rows have a cell more than line {header + 1}, the first: their names, as R and pandas write them")
     elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     decided = _lines_that_decide(sheet, reading)

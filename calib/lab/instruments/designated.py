@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record, tidy, without_brackets
 from calib.lab.instruments.instrument_words import APART, instrument_words
-from calib.lab.instruments.lexicon import CHANNELS, MAKERS
+from calib.lab.instruments.lexicon import CHANNELS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
@@ -77,7 +77,7 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
         )
         fits = heading.quantity in NEEDS_UNIT and is_unit_of(unit, heading.quantity)
         return (heading, words) if fits and not doubtful else None
-    if [part for part in left if part != unit] or not any(part.lower() in MAKERS for part in parts):
+    if [part for part in left if part != unit]:
         return None
     quantity = next((quantity for quantity in _BY_UNIT if is_unit_of(unit, quantity)), "")
     return (Heading(quantity, 3 * PLAIN, words.lower(), None if below else unit), words) if quantity else None

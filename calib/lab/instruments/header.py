@@ -189,6 +189,12 @@ def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
 _COMMENT_MARK = re.compile(r'\s*(?P<quote>"?)(?:#+|%+|//+|;+|!)(?P<rest>.*)', re.DOTALL)
 
 
+# What stands before the names in a comment: "# Columns: time [s], force [N]".
+_SAYS_COLUMNS = re.compile(
+    r"(?:columns?|fields?|header|names|variables|spalten|colonnes|columnas|colonne)\s*[:=]\s*", re.IGNORECASE
+)
+
+
 def without_comment_mark(line: str, delimiter: str) -> str:
     """The line without the mark that sets it apart as a comment: "# Time (s),Load (N)" as numpy.savetxt writes a header.
 
@@ -200,7 +206,7 @@ def without_comment_mark(line: str, delimiter: str) -> str:
     match = _COMMENT_MARK.match(line)
     if match is None or not match["rest"].strip():
         return line
-    rest = match["rest"].lstrip(" ")
+    rest = _SAYS_COLUMNS.sub("", match["rest"].lstrip(" "))
     own_cell = rest.startswith(delimiter) if delimiter != " " else False
     if own_cell or (delimiter == ";" and line.lstrip().startswith(";")) or (delimiter == "\t" and rest.startswith("\t")):
         return line
@@ -224,7 +230,15 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
     if re.search(r"\S\s{2,}\S", line.strip()):
         yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
     # A unit in brackets belongs to the name before it.
-    yield re.findall(r"[^\s()\[\]]+(?:\s?[(\[][^()\[\]]*[)\]])?", line)
+    cells = re.findall(r"[^\s()\[\]]+(?:\s?[(\[][^()\[\]]*[)\]])?", line)
+    yield [ROW_NAMES, *cells] if line.startswith(" ") and _are_counted(below, len(cells) + 1) else cells
+
+
+def _are_counted(lines: Sequence[str], width: int) -> bool:
+    """Whether lines are rows of numbers between blanks, so many in each, the first counting them, as pandas prints a table."""
+    rows = [line.split() for line in lines if line.strip()]
+    counts = [int(row[0]) for row in rows if len(row) == width and row[0].isdecimal()]
+    return len(rows) > 2 and counts == list(range(counts[0] if counts else 0, len(rows) + (counts[0] if counts else 0)))
 
 
 def _are_as_wide(lines: Sequence[str], width: int, mark: str) -> bool:

@@ -32,6 +32,8 @@ _MODEL = re.compile(
     r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|[a-z]{2,}\d{3,5}|"
     r"(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
 )
+# How far a load cell reaches, behind its model: "U9C_10N".
+_CAPACITY = re.compile(r"\d{1,4}[mkµ]?N")
 _NUMBER = re.compile(r"\d{3,5}")
 
 
@@ -60,6 +62,7 @@ def _told(parts: Sequence[str]) -> Iterator[bool]:
             or (channel is not None and channel["word"].lower() in _NUMBERED)
             or _INPUT.fullmatch(part) is not None
             or _is_model(part)
+            or (_CAPACITY.fullmatch(part) is not None and _is_model(before))
         )
 
 

@@ -35,6 +35,8 @@ _FEW_MOVES = 2
 _AHEAD, _GOES_ON = 10.0, 3.0
 # A time begins anew where it falls by more than so many usual steps, and by such a share of what had passed.
 _BACK, _PASSED, _BEHIND = 5.0, 0.2, 5
+# Single precision shows where numbers are this far apart in it.
+_COARSE = 4.0
 _EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
 _WHICH = "Say the unit that is meant: --units time="
 
@@ -126,7 +128,7 @@ def time_faults(
         line = int(sheet.lines[rows[row]])
         return [Fault(f'column "{name}": {message}', sheet.text.path, line, index + 1, advice=advice)]
 
-    lost = _lost_digits(cells, rows.tolist(), steps)
+    lost = _lost_digits(cells, rows.tolist(), values[rows])
     if lost:
         return fault(0, lost, f"Export the time with all its digits, such as 1780650000.125, {WITHOUT}")
     moves = np.flatnonzero(steps)
@@ -372,10 +374,25 @@ def counts_clock(numbers: FloatArray) -> bool:
     return bool(np.all(np.abs(going_on - usual) <= 2 * usual + 1e-6)) and usual < 10
 
 
-def _lost_digits(cells: Sequence[str], rows: Sequence[int], steps: FloatArray) -> str:
-    """Why times with an exponent have too few digits: rows share a time, and times differ by the last digit that is written."""
-    if np.all(steps > 0):
+def _of_single_precision(cells: Sequence[str], rows: Sequence[int], numbers: FloatArray) -> str:
+    """Why times are those of single precision, too few digits for what is counted: most rows share one with the row before."""
+    steps = np.abs(np.diff(numbers))
+    spacing = np.spacing(np.abs(numbers).astype(np.float32)).astype(float)[1:]
+    shared = np.count_nonzero(steps == 0) > steps.size / 2 and np.any(steps)
+    if not shared or spacing.min() < _COARSE or np.any(steps % spacing):
         return ""
+    return (
+        f'"{cells[rows[0]].strip()}" and the others go up in steps of {spacing.min():g}, as numbers of single precision do, '
+        "and many rows share one"
+    )
+
+
+def _lost_digits(cells: Sequence[str], rows: Sequence[int], numbers: FloatArray) -> str:
+    """Why times with an exponent have too few digits: rows share a time, and times differ by the last digit that is written."""
+    if np.all(np.diff(numbers) > 0):
+        return ""
+    if coarse := _of_single_precision(cells, rows, numbers):
+        return coarse
     match = _EXPONENT.fullmatch(cells[rows[0]].strip())
     if match is None or int(match["power"]) - len(match["digits"] or "") < 1:
         return ""

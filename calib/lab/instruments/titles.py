@@ -17,7 +17,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range,
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell, with_its_unit
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.vocabulary import NEEDS_UNIT, understand
 
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
@@ -74,6 +74,8 @@ def below_header(
             found = tuple(c.strip() if (own := unit_cell(c)) is None else own.unit for c in cells)
         if _RULER.fullmatch(line):
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
+        elif all(c.strip(' -–—"') == "" for c in cells):
+            unread.append(Unread(f"line {index + 1}", f'nothing but dashes, "{shown}"'))
         elif found is not None:
             units_line, units = index + 1, found
             unread += _words_among(cells, found, index + 1)
@@ -187,10 +189,22 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
     # Where words may change what a unit means, its column has none; but the row is one of units.
     if all(begins_with_unit(c) or unit_cell(c) is not None for c in there):
         return units
+    # Names of what has no unit may stand again among them: "NO.,Time,ms,N,mm".
+    fitting = [_fits(n, c) for n, c in zip(names, units, strict=False)]
+    if sum(fit is True for fit in fitting) > 1 and False not in fitting and not any(map(_is_reading, there)):
+        return tuple(unit if fit else "" for unit, fit in zip(units, fitting, strict=False))
     # A remark may stand among them, in the last of several cells.
     known = sum(bool(u) and looks_like_unit(u) for u in units)
     wordy = [c for c, own in zip(cells, read, strict=True) if c.strip() and own is None]
     return units if known >= max(2, len(there) - 1) and not any(map(_is_reading, wordy)) else None
+
+
+def _fits(name: str, unit: str) -> bool | None:
+    """Whether a cell is the unit of the quantity that a name alone is; None of a name that needs none, or of a clock."""
+    own = understand(name) if name else None
+    if own is None or own.quantity not in NEEDS_UNIT or (own.quantity == "time" and not looks_like_unit(unit)):
+        return None
+    return is_unit_of(unit, own.quantity)
 
 
 def _is_reading(cell: str) -> bool:

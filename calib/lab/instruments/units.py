@@ -219,9 +219,10 @@ def _asked(tidy: str, si: str) -> str | None:
     return None
 
 
-# A power of ten before a unit: "10^-3 N", "1e-12 F", "x10\u207b\u00b3 mm" (which NFKC writes 10\u22123).
+# A power of ten before a unit: "1/100 mm", "10^-3 N", "1e-12 F", "x10\u207b\u00b3 mm" (which NFKC writes 10\u22123).
 _POWER = re.compile(
-    r"(?:[x×*]\s?)?(?:10(?:(?:\^|\*\*) ?(?P<ten>[+-]?\d{1,2})|(?P<up>[+-]\d{1,2}))|(?:1(?:\.0*)?)?[eE](?P<e>[+-]?\d{1,2}))"
+    r"(?:[x×*]\s?)?(?:10(?:(?:\^|\*\*) ?(?P<ten>[+-]?\d{1,2})|(?P<up>[+-]\d{1,2}))|(?:1(?:\.0*)?)?[eE](?P<e>[+-]?\d{1,2})|"
+    r"1/1(?P<zeros>0{1,6}))"
     r"(?:[ *·] ?(?P<unit>.+))?"
 )
 # Any factor, which the user may give.
@@ -239,8 +240,8 @@ def lab_factor(unit: str, quantity: str) -> float:
 
     >>> lab_factor("kN", "force"), lab_factor("μm", "displacement"), lab_factor("%", "dissipation")
     (1000.0, 1e-06, 0.01)
-    >>> lab_factor("1e-12 F", "capacitance"), lab_factor("x1e-3", "dissipation")
-    (1e-12, 0.001)
+    >>> lab_factor("1e-12 F", "capacitance"), lab_factor("x1e-3", "dissipation"), lab_factor("1/100 mm", "displacement")
+    (1e-12, 0.001, 1e-05)
 
     Raises
     ------
@@ -255,7 +256,7 @@ def lab_factor(unit: str, quantity: str) -> float:
         return unit_factor(asked, si)
     power = _POWER.fullmatch(tidy.replace("\u2212", "-"))
     if power is not None and (not si or power["unit"]):
-        exponent = int(power["ten"] or power["up"] or power["e"])
+        exponent = -len(power["zeros"]) if power["zeros"] else int(power["ten"] or power["up"] or power["e"])
         return float(Decimal(repr(lab_factor(power["unit"] or "-", quantity))).scaleb(exponent))
     meant = " or ".join(may_be_meant(unit, quantity))
     raise ValueError(

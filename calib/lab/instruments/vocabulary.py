@@ -49,7 +49,7 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
     }
 )
 
-_TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
+_TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\||\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
 # Words that are units within brackets only: of plain numbers, and centiseconds, which are a series capacitance, too.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles", "cs")
 _LONGEST = 120

@@ -35,6 +35,7 @@ def read(tmp_path: Path, *names: str, sep: str = ",") -> LabTable:
         ("Displacement ch2 (mm)", "Force ch1 (N)", "ch1"),
         ("Displacement_ch2_mm", "Force_ch1_N", "ch1"),
         ("Keyence LK-H050 [mm]", "Kistler 9207 [N]", "Kistler 9207"),
+        ("WA2 Weg [mm]", "U9C_10N [N]", "U9C 10N"),
         ("Extension (mm)", "hx711 load (gf)", "hx711"),
     ],
 )
@@ -71,7 +72,6 @@ def test_names_with_channels_make_a_header_where_no_other_name_is_understood(tmp
         "Force P2P (N)",
         "Dev1/ao1 Force (N)",
         "Kistler peak (N)",
-        "U9C (N)",
         "Force ch1 left (N)",
     ],
 )

@@ -299,3 +299,59 @@ def test_pairs_of_x_and_y_below_a_title_are_told_to_be_named(tmp_path: Path) -> 
     assert "Remove the line" not in said
     named = ["Displacement (mm),Force (N),Displacement (mm),Capacitance (pF)"]
     read_lab_file(lab_file(tmp_path, named, lambda i: f"{PLACE[i]:.4f},{LOAD[i]:.3f},{PLACE[i]:.4f},{97 + PLACE[i]:.3f}"))
+
+
+# --- names, units and counts as other programs write them ------------------------------------------------------------------
+
+PRESS = [(0.1 * i, place, load) for i, (place, load) in enumerate(zip(PLACE, LOAD, strict=True))]
+
+
+def read_written(folder: Path, lines: Sequence[str]) -> LabTable:
+    path = folder / "written.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return read_lab_file(path)
+
+
+def test_names_of_a_graphtec_stand_again_among_its_units(tmp_path: Path) -> None:
+    rows = [f"{i + 1},2026/11/20 10:00:{i // 10:02d},{100 * (i % 10)},{f:.4f},{d:.4f},LL" for i, (_, d, f) in enumerate(PRESS)]
+    table = read_written(tmp_path, ["Number,Date&Time,ms,Force,Disp,Alarm", "NO.,Time,ms,N,mm,A12", *rows])
+    np.testing.assert_allclose(table.columns["force"], [f for _, _, f in PRESS], atol=1e-4)
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=1e-9)
+
+
+def test_a_row_of_dashes_below_the_names_is_none(tmp_path: Path) -> None:
+    rows = [f'"{t:.2f}","{f:.4f}","{d:.4f}"' for t, d, f in PRESS]
+    table = read_written(tmp_path, ['"Time","Force","Stroke"', '"-","-","-"', '"sec","N","mm"', *rows])
+    assert table.sources["force"].startswith("Force")
+    assert any("dashes" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("Zeit [s];Weg [1/100 mm];Kraft [N]", 1e-5),
+        ("# Columns: Zeit [s];Weg [mm];Kraft [N]", 1e-3),
+        ("Zeit|s;Weg|mm;Kraft|N", 1e-3),
+        ("Zeit [s];WA2 Weg [mm];U9C_10N [N]", 1e-3),
+        ("Zeit [s];Druckdehnung (mm);Drucklast (N)", 1e-3),
+    ],
+)
+def test_units_and_names_as_gauges_comments_and_loggers_write_them(tmp_path: Path, header: str, factor: float) -> None:
+    table = read_written(tmp_path, [header, *(f"{t:.2f};{d:.4f};{f:.4f}" for t, d, f in PRESS)])
+    np.testing.assert_allclose(table.columns["displacement"], [factor * d for _, d, _ in PRESS], atol=1e-4 * factor)
+    np.testing.assert_allclose(table.columns["force"], [f for _, _, f in PRESS], atol=1e-4)
+
+
+def test_a_table_as_pandas_prints_it_has_a_count_before_its_rows(tmp_path: Path) -> None:
+    rows = [f"{i:<4}{t:9.3f}{d:10.4f}{f:10.4f}" for i, (t, d, f) in enumerate(PRESS)]
+    table = read_written(tmp_path, ["       time_s   disp_mm   force_N", *rows])
+    np.testing.assert_allclose(table.columns["displacement"], [1e-3 * d for _, d, _ in PRESS], atol=1e-7)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3])
+def test_times_in_single_precision_are_refused(tmp_path: Path, factor: float) -> None:
+    at = [float(np.float32((1709633500.0 + 2 * i) * factor)) for i in range(len(PRESS))]
+    unit = "s" if factor == 1 else "ms"
+    rows = [f"{t:.1f},{d:.4f},{f:.4f}" for t, (_, d, f) in zip(at, PRESS, strict=True)]
+    with pytest.raises(InputError, match="single precision"):
+        read_written(tmp_path, [f"Time ({unit}),Extension (mm),Load (N)", *rows])

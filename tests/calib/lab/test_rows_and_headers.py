@@ -170,7 +170,7 @@ def test_names_of_rows_as_r_writes_them_have_no_name_in_the_header(tmp_path: Pat
     table = read(tmp_path, [head, *rows])
     assert_press(table)
     assert any(unread.what == 'column 1 "row names"' for unread in table.unread)
-    assert any("as R writes them" in note for note in table.notes)
+    assert any("as R and pandas write them" in note for note in table.notes)
 
 
 @pytest.mark.parametrize("quote", ["", '"'])

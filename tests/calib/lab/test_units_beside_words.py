@@ -110,7 +110,7 @@ def test_row_names_of_r_have_no_name_in_the_header_and_are_told_by_their_quotes(
     table = read(tmp_path, lines)
     assert_press(table)
     assert unread(table)['column 1 "row names"'] == "names of the rows: not used"
-    assert any("as R writes them" in note for note in table.notes)
+    assert any("as R and pandas write them" in note for note in table.notes)
     # Without quotes the fourth cell may as well be what has no name.
     assert "the row has 4 cells, the header has 3" in refusal(tmp_path, [line.replace('"', "") for line in lines])
 
