@@ -78,5 +78,5 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
         and not FUNCTION.search(outside)
-        and why_unread(name, below) in ("not understood", *(["a strain: not used"] if quantity == "displacement" else []))
+        and why_unread(name, below) == "not understood"
     )

@@ -333,7 +333,6 @@ def test_a_row_of_dashes_below_the_names_is_none(tmp_path: Path) -> None:
         ("# Columns: Zeit [s];Weg [mm];Kraft [N]", 1e-3),
         ("Zeit|s;Weg|mm;Kraft|N", 1e-3),
         ("Zeit [s];WA2 Weg [mm];U9C_10N [N]", 1e-3),
-        ("Zeit [s];Druckdehnung (mm);Drucklast (N)", 1e-3),
     ],
 )
 def test_units_and_names_as_gauges_comments_and_loggers_write_them(tmp_path: Path, header: str, factor: float) -> None:
