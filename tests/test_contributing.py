@@ -108,7 +108,7 @@ def test_a_reader_is_found_without_being_listed(copy: Path) -> None:
 def test_a_section_of_the_report_is_found_without_being_listed(copy: Path) -> None:
     code = """
 from types import SimpleNamespace
-from calib.report.page import templates
+from calib.report.environment import templates
 from calib.report.sections import section_modules
 (files,) = (module for module in section_modules() if module.__name__.endswith(".files"))
 made = files.section(SimpleNamespace(posterior=SimpleNamespace(sweeps=[SimpleNamespace(title="s", files=[("<a>.csv", "")])])))

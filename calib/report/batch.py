@@ -5,8 +5,8 @@ from __future__ import annotations
 from calib.catalogue import POOLED, QUANTITIES
 from calib.decision import DRIFTING, Batch, Inspected, percent
 from calib.digits import with_uncertainty
+from calib.report.environment import templates
 from calib.report.figures.batch import batch_figure, scaled
-from calib.report.page import templates
 from calib.report.pictures import figure_address
 
 # Files that are left out and listed by name.

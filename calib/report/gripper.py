@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from calib.digits import places_of, range_text
 from calib.errors import Fault, InputError, in_shell
 from calib.provenance import PROGRAM
 from calib.records import record_from_text, record_to_text
+from calib.report.environment import template_text
 from calib.report.status import status_in_words
 from calib.visible import visible
 from models.sensor import FloatArray
@@ -53,7 +53,7 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         advice = "Settle what is red first"
         raise InputError(Fault("a verdict on these tables is red: their numbers must not be used", advice=advice))
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
+        loader=jinja2.FunctionLoader(template_text),
         autoescape=False,  # none of these is a page
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -389,7 +389,3 @@ def _in_comment(text: str) -> str:
 def _in_markdown(text: str) -> str:
     """A line that Markdown shows as it is."""
     return re.sub(r"([\\`*_{}\[\]<>|#])", r"\\\1", text)
-
-
-def _template(name: str) -> str:
-    return (resources.files("calib.report") / "templates" / name).read_text(encoding="utf-8")

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from importlib import resources
 
 import jinja2
 from markupsafe import Markup
 
 from calib.checks import Member, Prediction, Verdict, judge_posterior
 from calib.decision import NextInShort, Recommendation
-from calib.hypertext import sentence
+from calib.report.environment import templates
 from calib.report.pictures import Drawing, Plot, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, plots_of, sections_of
@@ -76,19 +75,6 @@ def plots_of_report(
     return plots_of(Results(posterior, predictions, recommendation=recommendation))
 
 
-def templates() -> jinja2.Environment:
-    """The templates of pages: what they write is escaped, and a name that the context lacks is an error."""
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["sentence"] = sentence
-    return environment
-
-
 def begin_drawing(
     posterior: Posterior, predictions: Sequence[Prediction], recommendation: Recommendation | None, executor: Executor
 ) -> dict[str, Drawing]:
@@ -122,10 +108,6 @@ def _hash_of(posterior: Posterior, posterior_sha256: str) -> str:
     """What tells this run from others on paper: the start of its fingerprint, else of its posterior; "" for none."""
     found = re.match("[0-9a-f]{16}", posterior.attrs.get(FINGERPRINT, "") or posterior_sha256)
     return found[0] if found else ""
-
-
-def _template(name: str) -> str:
-    return (resources.files("calib.report") / "templates" / name).read_text(encoding="utf-8")
 
 
 def _setup(posterior: Posterior) -> str:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import resources
 
-import jinja2
-
-from calib.hypertext import sentence
 from calib.report.certificate import MEANT, NOT_ACCREDITED, Certificate
+from calib.report.environment import templates
 
 
 def certificate_page(certificate: Certificate, posterior_sha256: str, report_sha256: str) -> str:
@@ -24,18 +21,11 @@ def certificate_page(certificate: Certificate, posterior_sha256: str, report_sha
     str
         The page; the same certificate gives the same bytes.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["sentence"] = sentence
     c = certificate
     name, digest = c.experiment
     hashes = {"posterior.nc": posterior_sha256, "report.html": report_sha256, "run": c.fingerprint, name: digest}
-    return environment.get_template("certificate.html.j2").render(
+    template = templates().get_template("certificate.html.j2")
+    return template.render(
         c=c,
         facts=_facts(c),
         meant=MEANT,
@@ -64,7 +54,3 @@ def _facts(c: Certificate) -> Mapping[str, str]:
 
 def _span(first: str, last: str) -> str:
     return first if first == last else f"{first} to {last}"
-
-
-def _template(name: str) -> str:
-    return (resources.files("calib.report") / "templates" / name).read_text(encoding="utf-8")
