@@ -38,9 +38,13 @@ from calib.sampling.target import Mode, Target, target_of
 from calib.workers import Crew, workers
 from models.threads import one_thread
 
-#: Steps after which convergence is first looked at, and the factor from one look to the next.
+#: Steps after which convergence is first looked at, and the largest factor from one look to the next.
 FIRST_CHECK = 100
 CHECK_FACTOR = 1.3
+# The least factor, where the last look tells that little is lacking.
+_LEAST_FACTOR = 1.05
+# What can be lacking at most, as a factor of the steps made.
+_MOST_LACKING = 1e4
 
 
 @dataclass(frozen=True)
@@ -247,7 +251,7 @@ def sample_target(
                 report(n_block)
                 if next_look == last or not shortcomings(state, target.names, gate):
                     break
-                next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
+                next_look = min(last, _next_look(state, gate))
     except _OutOfTime:
         if crew is not None:
             crew.drop()
@@ -368,7 +372,7 @@ def steps_needed(state: Convergence, gate: Gate) -> int:
     """Estimate after how many steps of each walker a run will meet its gate, from what was found at its last look.
 
     Effective draws grow as the steps do, and R-hat comes near 1 as one over them. A run that meets the gate and is doubted all
-    the same is looked at again next time. Rounded up to the next look.
+    the same is looked at again next time. Rounded up to whole blocks.
 
     Parameters
     ----------
@@ -380,8 +384,12 @@ def steps_needed(state: Convergence, gate: Gate) -> int:
         float(np.max(np.nan_to_num(state.r_hat, nan=2.0)) - 1) / (gate.r_hat - 1),
         gate.length * float(np.max(np.nan_to_num(state.tau))) / state.steps,
     )
-    needed = state.steps * (lacking if lacking > 1 or not state.doubts else CHECK_FACTOR)
+    needed = state.steps * min(lacking if lacking > 1 or not state.doubts else CHECK_FACTOR, _MOST_LACKING)
+    return math.ceil(needed / BLOCK_STEPS) * BLOCK_STEPS
+
+
+def _next_look(state: Convergence, gate: Gate) -> int:
+    """After how many blocks to look again: when as many are there as seem to be needed, but not much later than last time."""
     n_block = state.steps // BLOCK_STEPS
-    while n_block * BLOCK_STEPS < needed:
-        n_block = math.ceil(CHECK_FACTOR * n_block)
-    return n_block * BLOCK_STEPS
+    wanted = max(steps_needed(state, gate) // BLOCK_STEPS, math.ceil(_LEAST_FACTOR * n_block))
+    return min(wanted, math.ceil(CHECK_FACTOR * n_block))
