@@ -46,6 +46,8 @@ BLOCK_STEPS = 50
 
 #: Most draws of an ensemble that a posterior keeps.
 MAX_DRAWS = 4000
+# Of how many of these one is looked at while a run is too short anyway.
+_FEWER = 4
 
 # Most steps of a chain that the autocorrelation time is computed from.
 _MAX_TAU_STEPS = 500
@@ -66,7 +68,7 @@ class SamplingRun:
     n_walker: int
 
 
-def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> Convergence:
+def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate, *, on_the_way: bool = False) -> Convergence:
     """Judge how far a run has converged, from the draws that a posterior would keep of its first blocks.
 
     Parameters
@@ -75,6 +77,8 @@ def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> C
     modes : that were found before.
     n_block : blocks of each ensemble.
     gate : what the run has to reach; where it does, a second opinion is asked for.
+    on_the_way : whether the run goes on unless it meets the gate: one that is too short to is judged by fewer of its draws,
+        as R-hat and effective sizes of hundreds of unknowns take as long as dozens of steps.
     """
     n_stored = n_block * BLOCK_STEPS // STORE_EVERY
     burn_in, thin = _kept(n_stored, run.n_walker)
@@ -82,6 +86,8 @@ def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> C
     ensembles = range(len(run.seeds))
     fine = np.stack([load_chain(run.folder, k, n_block, burn_in, every)[0] for k in ensembles])
     tau = STORE_EVERY * every * np.maximum(autocorrelation_time(fine), standing_time(fine))
+    if on_the_way and n_block * BLOCK_STEPS < gate.length * np.max(tau):
+        thin *= _FEWER
     chains = np.stack([load_chain(run.folder, k, n_block, burn_in, thin)[0] for k in ensembles])
     theta = chains.reshape(-1, chains.shape[-1])
     state = convergence(run.target.columns(theta).reshape(chains.shape), tau, n_block * BLOCK_STEPS)

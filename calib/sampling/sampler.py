@@ -247,7 +247,7 @@ def sample_target(
             modes = _modes(run, executor, deadline, report)
             while True:
                 n_block = _advance_to(run, modes, executor, next_look, deadline, report)
-                state = look(run, modes, n_block, gate)
+                state = look(run, modes, n_block, gate, on_the_way=next_look < last)
                 report(n_block)
                 if next_look == last or not shortcomings(state, target.names, gate):
                     break
