@@ -262,10 +262,12 @@ def load_chain(folder: CheckpointFolder, ensemble: int, n_block: int, first: int
     -------
     chain (n_step, n_walker, n_parameter) and log_prob (n_step, n_walker).
     """
-    chains, log_probs, done = [], [], 0
-    for index in range(n_block):
-        block = _require(folder, ensemble, _place(index))
-        n_step = int(block["step_log_prob"].shape[0])
+    block = _require(folder, ensemble, _place(0))
+    n_step = int(block["step_log_prob"].shape[0])  # as in all of them
+    begin = min(first // n_step, n_block - 1)  # the burn-in takes as long to read as the rest
+    chains, log_probs, done = [], [], begin * n_step
+    for index in range(begin, n_block):
+        block = _require(folder, ensemble, _place(index)) if index else block
         offset = first - done if done < first else (first - done) % thin
         if offset < n_step:
             chains.append(block["chain"][offset::thin])
