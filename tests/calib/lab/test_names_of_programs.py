@@ -172,7 +172,7 @@ def test_quantities_in_lines_are_told_with_what_to_do(tmp_path: Path) -> None:
 
 def test_one_press_in_blocks_side_by_side_is_no_choice_of_specimens(tmp_path: Path) -> None:
     header = "Time (s);Displacement (mm);Force (N)"
-    parts = [(part(TIME), part(DEPTH), part(FORCE)) for part in (lambda v: v[:30], lambda v: v[30:])]
+    parts = [(TIME[part], DEPTH[part], FORCE[part]) for part in (slice(30), slice(30, N))]
     rows = [";".join(f"{values[k]:.4f}" for values in (*parts[0], *parts[1])) for k in range(30)]
     path = tmp_path / "lab.csv"
     path.write_text("\n".join([f"{header};{header}", *rows]) + "\n")
