@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from calib.errors import Fault
 from calib.lab.instruments import QUANTITIES
 from calib.lab.observations import Observations, why_left_out
@@ -18,7 +20,7 @@ def nothing_used(obs: Observations) -> Fault:
     """
     reasons = why_left_out(obs)
     shown = "; ".join(f"{count} x {reason}" for reason, count in reasons.most_common(3))
-    advice = _of_the_branch(obs) or _of_empty_cells(obs, list(reasons)) or _of_readings(list(reasons))
+    advice = _of_the_branch(obs) or _of_rows_in_turn(obs) or _of_empty_cells(obs, list(reasons)) or _of_readings(list(reasons))
     line = int(obs.table.lines[0]) if len(obs.table.lines) else None
     return Fault(f"none of the {len(obs.reason)} row(s) can be used: {shown}", obs.table.path, line, advice=advice)
 
@@ -35,6 +37,22 @@ def _of_the_branch(obs: Observations) -> str:
     moving = "displacement" if obs.displacement is not None else "force"
     named = f'"{obs.table.sources[moving]}"' if moving in obs.table.sources else moving
     return f"{named} stands still: say which column moves, --columns {moving}=..., or export the record of the press"
+
+
+def _of_rows_in_turn(obs: Observations) -> str:
+    """What to do where rows of a tester and of a meter stand in one table, none with readings of both, as if merged."""
+    there = {q: np.isfinite(v) for q, v in obs.table.columns.items()}
+    press = [q for q in ("force", "displacement") if q in there]
+    if not press or "capacitance" not in there:
+        return ""
+    of_press = np.any([there[q] for q in press], axis=0)
+    if np.any(of_press & there["capacitance"]) or not np.any(of_press) or not np.any(there["capacitance"]):
+        return ""
+    without = " ".join(f"--columns {q}=none" for q in press)
+    return (
+        "Rows of two clocks stand in one table: read it twice, as the file of the press with --columns capacitance=none, and "
+        f'as that of the capacitance with {without} (in an experiment file: columns = {{ capacitance = "none" }})'
+    )
 
 
 def _of_empty_cells(obs: Observations, reasons: list[str]) -> str:

@@ -14,7 +14,7 @@ from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
-from calib.lab.instruments.lexicon import OF_TESTERS
+from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
 from calib.lab.instruments.lines import (
     FEW_ROWS,
     Table,
@@ -259,9 +259,12 @@ _ANOTHER_RUN = (
 def _is_remark(line: str) -> bool:
     """Whether a line of text among the rows changes nothing of them.
 
-    Such are a comment that names no specimen or run, a tester's status, what it does between dashes, and the number of a page.
+    Such are a comment that names no specimen or run, a tester's status, what it does between dashes, a word alone
+    that the ball turns or waits, and the number of a page.
     """
     plain = line.strip().strip(",;\t")
+    if plain.strip(' "').lower() in TURNS:
+        return True
     status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)

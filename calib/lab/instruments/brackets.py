@@ -14,6 +14,7 @@ from calib.lab.instruments.lexicon import (
     STATISTIC,
     WITHOUT_BLANKS,
 )
+from calib.lab.instruments.meanings import meanings
 from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
@@ -49,10 +50,10 @@ _LEADING = re.compile(
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
-# The range of an instrument or the frequency of a meter: "500 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
+# The range of an instrument or the frequency of a meter: "500 N", "0-5 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
     r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?|max\.? |range |capacity )?"
-    r"±?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+    r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
 )
 # At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
 _ONE = (
@@ -81,6 +82,12 @@ _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 _SYMBOL = 2
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
+# A unit of force in small letters behind a name in small letters, as databases write all names: "force_n", "load_kn".
+_SMALL = re.compile(r"(?P<name>[a-z][a-z\d]*(?:_[a-z\d]+)*)_(?P<unit>n|kn)")
+# A power of ten times a unit behind a stroke, by which what stands before it is divided: "F / 10^-3 N".
+_OVER_POWER = re.compile(
+    r"(?P<name>[^/]+?)\s*/\s*(?P<unit>(?:10(?:\^|\*\*) ?-?\d{1,2}|10-\d{1,2}|1?[eE]-\d{1,2}) ?[·*]? ?(?P<of>[^\W\d_]+))"
+)
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
@@ -100,6 +107,11 @@ def tidy(cell: str) -> str:
     """
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = usual_case(_FOOTNOTE.sub("", cell))
+    if small := unit_of_small_letters(cell):
+        return f"{cell[: -len(small)]}{small}"
+    of_power = _OVER_POWER.fullmatch(cell)
+    if of_power is not None and looks_like_unit(of_power["of"]):
+        return f"{of_power['name']} ({of_power['unit']})"
     of_r = _OF_R.fullmatch(cell)
     if of_r is not None and ".." not in of_r["name"] and looks_like_unit(of_r["unit"]):
         return f"{of_r['name'].replace('.', ' ')} ({of_r['unit']})"
@@ -130,7 +142,7 @@ def usual_case(cell: str, below: str | None = None) -> str:
     ('CAP (pF)', 'pF', 'Cap (PF)', 'C (PF)', 'FORCE (MN)')
     """
     if below is not None:
-        return (_all_capitals(cell) and from_capitals(below)) or below
+        return (_all_capitals(cell) and (from_capitals(below) or _metres(cell, below))) or below
     match, usual = _LAST_WORD.fullmatch(cell), unit_of_capitals(cell)
     return f"{match['name']}{usual}{match['behind']}" if match is not None and usual else cell
 
@@ -142,7 +154,31 @@ def unit_of_capitals(cell: str) -> str:
     ('pF', '', '')
     """
     match = _LAST_WORD.fullmatch(cell)
-    return from_capitals(match["unit"]) if match is not None and _all_capitals(match["name"]) else ""
+    if match is None or not _all_capitals(match["name"]):
+        return ""
+    return from_capitals(match["unit"]) or (_metres(match["name"], match["unit"]) if match["behind"] else "")
+
+
+def _metres(name: str, unit: str) -> str:
+    """The unit that "M" is for the name of a displacement in capitals, "" of any other: it is short for no other length."""
+    plain = re.sub(r"[\W_]+", " ", name).strip().lower()
+    return "m" if unit == "M" and any(m.quantity == "displacement" for m in meanings(plain, (), "")) else ""
+
+
+def unit_of_small_letters(cell: str) -> str:
+    """The unit of force that a name of a force in small letters ends with, as it is usually written; "" of any other.
+
+    >>> unit_of_small_letters("force_n"), unit_of_small_letters("axial_load_kn"), unit_of_small_letters("Force_n")
+    ('N', 'kN', '')
+    >>> unit_of_small_letters("f_n"), unit_of_small_letters("disp_n"), unit_of_small_letters("force_mn")
+    ('', '', '')
+    """
+    match = _SMALL.fullmatch(cell)
+    if match is None:
+        return ""
+    found = [*meanings(match["name"].replace("_", " "), (), "")]
+    named = len(match["name"]) > 1 and bool(found) and all(m.quantity == "force" for m in found)
+    return f"{match['unit'][:-1]}N" if named else ""
 
 
 def _all_capitals(name: str) -> bool:

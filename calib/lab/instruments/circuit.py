@@ -32,7 +32,7 @@ _PARALLEL = re.compile(
     rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
     re.IGNORECASE,
 )
-_NAMES_PARALLEL = ("cp", "parallel", "cap parallel", "并联", "並列")
+_NAMES_PARALLEL = ("cp", "parallel", "cap parallel", "capacitance parallel", "c par", "并联", "並列")
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import note_on_time
@@ -42,19 +43,22 @@ from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
     contradicts,
+    of_a_direction,
     source_of_column,
     unit_in_words,
     unit_of_column,
     weight_in_words,
     words_against,
 )
-from calib.lab.instruments.validity import said_bad
+from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
 from models.sensor import FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
-_STATUS_GOOD = ("0", "+0", "0.0", "ok", "normal", "good", "")
+_STATUS_GOOD = ("0.0", "ok", "normal", "good", "")
+# No flag is set: "0", "+0", "0x00", "00000000".
+_NO_FLAG = re.compile(r"\+?(?:0x|0b)?0+", re.IGNORECASE)
 
 
 def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
@@ -144,6 +148,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         columns.append(ReadColumn(index, heading, factor, of_day))
         if (usual := sheet.usual_case_of(index)) and fault is None:
             notes.append(f'"{sheet.names[index]}": in a name of capitals "{usual.upper()}" is read as {usual}')
+        if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
+            notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
+            faults += of_a_direction(sheet, index, usual)
         notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
         if heading.unit and words(heading.unit) == heading.name:
             notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
@@ -267,8 +274,14 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, why)
                 values[quantity][r] = np.nan
     if "status" in choice.chosen:
-        for r, cell in enumerate(_cells(sheet, places["status"])):
-            if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
+        cells_of_status = _cells(sheet, places["status"])
+        compared = COMPARED if compares(cells_of_status) else ()
+        if compared and any(cell.lower() in compared and cell.lower() != "in" for cell in cells_of_status):
+            name = sheet.names[places["status"]]
+            notes.append(f'"{name}" says which readings are within limits that were set: those above and below are used, too')
+        for r, cell in enumerate(cells_of_status):
+            good_so = cell.lower() in _STATUS_GOOD or cell.lower() in compared or _NO_FLAG.fullmatch(cell) is not None
+            if not good_so and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
     for r in copied_rows(values):
         _append(reasons, r, "the row before once more: the same time and readings")

@@ -13,6 +13,10 @@ from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading, as_a_record, understand
 
+# A channel before a name, with a stroke between them: "AI 1/displacement", "ch2/Force"; "1/Force" is an inverse.
+_OF_CHANNEL = re.compile(
+    rf"^((?:{'|'.join(sorted(w for w in CHANNELS if len(w) > 1))})[ .#-]?\d{{1,3}})\s?/\s?(?=[^\W\d])", re.IGNORECASE
+)
 _BY_UNIT = ("force", "displacement", "capacitance")
 
 
@@ -60,7 +64,7 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
     if cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return None
     outside, brackets = cut
-    parts = [part for part in re.split(APART, outside) if part]
+    parts = [part for part in re.split(APART, _OF_CHANNEL.sub(r"\1 ", outside)) if part]
     passed = instrument_words(parts)
     left = [part for part, is_passed in zip(parts, passed, strict=True) if not is_passed]
     words = " ".join(part for part, is_passed in zip(parts, passed, strict=True) if is_passed)

@@ -28,6 +28,8 @@ HEADER_WITHIN = 2000
 _WIDEST = 400
 # Rows below a header that are looked at to distinguish a table of results from a record.
 _ROWS_SEEN = 30
+# Lines that are looked at for quantities that stand in lines, and how many readings, of what share of the cells, show one.
+_LINES_OF_QUANTITIES, _READINGS_IN_A_LINE, _MOSTLY = 50, 10, 0.8
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
@@ -313,6 +315,16 @@ def no_header(text: LabText) -> Fault:
             odd[0][0],
             advice=f"If they are names, say which column is what, and its unit: {said}",
         )
+    lying = _quantities_in_lines(text)
+    if lying and not seen:
+        places = " and ".join(f'"{name}" in line {line}' for line, name in lying[:4])
+        return Fault(
+            f"each quantity stands in a line, with its readings one beside the other: {places}",
+            text.path,
+            lying[0][0],
+            advice="Turn rows and columns, so that each quantity is a column with its name on top (in a spreadsheet: copy, "
+            "paste special, transpose), and save the file again",
+        )
     replies, width = _reply_lines(text), _width_of_row(text.lines[first])
     if replies and not seen:
         return Fault(
@@ -327,6 +339,20 @@ def no_header(text: LabText) -> Fault:
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
         + (_by_number(width) if width else f"(--columns force=... --units force=...). Understood are {advice}"),
     )
+
+
+def _quantities_in_lines(text: LabText) -> list[tuple[int, str]]:
+    """The 1-based lines that begin with the name of a quantity and go on with its readings, and those names; [] of one only."""
+    for delimiter in DELIMITERS[:-1]:
+        found: list[tuple[int, str]] = []
+        for number, line in enumerate(text.lines[:_LINES_OF_QUANTITIES], 1):
+            name, *readings = split_line(line, delimiter)
+            heading = understand(name) if name and len(readings) >= _READINGS_IN_A_LINE else None
+            if heading is not None and sum(map(_is_reading, readings)) >= _MOSTLY * len(readings):
+                found.append((number, name))
+        if len(found) > 1:
+            return found
+    return []
 
 
 def _by_number(width: int) -> str:

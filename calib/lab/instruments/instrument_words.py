@@ -26,6 +26,8 @@ _NOT_BESIDE = KEYS | PHASES | PROCESSED | DERIVED | RELATIVE | SECOND | NUMBERED
 _NUMBERED = CHANNELS | {name for name in ONLY_WITH_UNIT - PHASES - KEYS if len(name) > 2}
 # An input of a board: "Dev1/ai1", "cDAQ1Mod2/ai0"; "ao" is an output.
 _INPUT = re.compile(r"\w+/ai\d{1,3}", re.IGNORECASE)
+# The board of an input that stands behind it: "Dev1_ai0".
+_BOARD = re.compile(r"(?:c?daq\d{1,2})?(?:dev|mod)\d{1,2}", re.IGNORECASE)
 _CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?\d{1,3}")
 # A model: "U9C", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a factor.
 _MODEL = re.compile(
@@ -61,6 +63,7 @@ def _told(parts: Sequence[str]) -> Iterator[bool]:
             or (_NUMBER.fullmatch(part) is not None and before.lower() in MAKERS)
             or (channel is not None and channel["word"].lower() in _NUMBERED)
             or _INPUT.fullmatch(part) is not None
+            or (_BOARD.fullmatch(part) is not None and re.fullmatch(r"ai\d{1,3}", after, re.IGNORECASE) is not None)
             or _is_model(part)
             or (_CAPACITY.fullmatch(part) is not None and _is_model(before))
         )

@@ -21,6 +21,7 @@ from calib.lab.instruments.small_tables import in_small_table
 from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.together import is_spread
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.validity import compares
 from calib.lab.instruments.where import asked_name, listed_values
 from models.sensor import FloatArray
 
@@ -139,7 +140,7 @@ def remarks_on_scale(
         if index in used.values():
             continue
         n_empty = column.count("")
-        if n_empty == len(column):
+        if n_empty == len(column) or compares(column):
             continue
         seldom = n_empty >= (1 - _SELDOM) * len(column)
         rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]

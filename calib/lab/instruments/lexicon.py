@@ -99,7 +99,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
-                "cap cp | capacitance cp | c cp | cp ab",
+                "cap cp | capacitance cp | c cp | cp ab | c parallel | c par | capacitance parallel | parallel cap",
+                "parallel c",
                 "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
@@ -109,11 +110,12 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance_series": (
                 "cs | series capacitance | cser | cap series | capacitance series | cap cs | capacitance cs",
-                "c cs | cs ab | reihenkapazität | serienkapazität",
+                "c cs | cs ab | c series | c ser | series cap | series c | reihenkapazität | serienkapazität",
                 "capacité série | 串联电容 | 直列容量",
             ),
             "dissipation": (
-                "d | dissipation | dissipation factor | df | loss tangent | loss factor | tan delta | tan d | tan δ | tanδ",
+                "d | dissipation | dissipation factor | d factor | d value",
+                "df | loss tangent | loss factor | tan delta | tan d | tan δ | tanδ",
                 "tandelta | tgδ | tg δ | tan(δ) | verlustfaktor | tangente de pertes | facteur de pertes",
                 "factor de disipación | fattore di dissipazione | fator de dissipação | verliesfactor | współczynnik strat",
                 "tangens strat | 损耗 | 損失係数 | 损耗因子 | 손실계수",
@@ -155,7 +157,7 @@ QUALIFIERS = _set(
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "gemeten indenter gross brutto"
+    "gemeten indenter gross brutto ax vert compr"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
@@ -276,6 +278,15 @@ BAD_ROW = _set(
 )
 #: The same where they are all that a cell says.
 BAD_CELL = _set("over ol sat err poor")
+#: How a comparator says where a reading lies between limits that were set, which says nothing against it.
+COMPARED = _set("in hi lo high low")
+#: What stands beside these in its column.
+BESIDE_COMPARED = _set("out ok ng go nogo err fail pass off - -- ---")
+#: Words that alone mark where a ball turns or waits, and where no press begins.
+TURNS = _set(
+    "unloading unload unloaded hold holding dwell return retract entlastung entlasten halten rückfahrt décharge maintien "
+    "descarga scarico ontlasten odciążenie разгрузка 卸载 卸荷 除荷 保持"
+)
 #: Words of a name whose column marks rows that are not good, and of one that marks the good ones.
 MARKS_BAD = _set(
     "exclude excluded exclusion skip skipped bad outlier outliers reject rejected overload overloaded overrange saturated "

@@ -33,10 +33,11 @@ _CHANNEL = re.compile(
     r"^(?!s[de]$)(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
     r"[ #.-]*(?P<index>\d{1,3}|[a-f])$"
 )
-# At which of its rates a program sampled what has this time: "zeit 1 - standardmessrate", "time 2 - default sample rate".
+# At which of its rates a program sampled what has this time: "zeit 1 - standard-messrate", "time 2 - default sample rate".
 _SAMPLED = re.compile(
-    r"^(?P<name>.+?)(?: (?P<index>\d{1,2}))?(?: ?[-:])? (?:(?:\w*messrate|abtastrate)|(?:\w+ )?(?:messrate|abtastrate)|"
-    r"(?:(?:default|standard|fast|slow) )?(?:sampl(?:e|ing) |data |scan |fast |slow |default )rate)$"
+    r"^(?P<name>.+?)(?: (?P<index>\d{1,2}))?(?: ?[-–:])? (?:(?:\w+[ -])?\w*(?:messrate|abtastrate)|"
+    r"(?:(?:default|standard|fast|slow)[ -])?(?:sampl(?:e|ing)|data|scan|fast|slow|default)[ -]rate|"
+    r"(?:[^\W\d]+ ){0,3}(?:d')?(?:[ée]chantillonnage|muestreo|campionamento|amostragem)(?: [^\W\d]+){0,2})$"
 )
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
 _BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.alone_in_unit import alone_in_unit
-from calib.lab.instruments.brackets import tidy, unit_of_capitals, usual_case, without_brackets
+from calib.lab.instruments.brackets import tidy, unit_of_capitals, unit_of_small_letters, usual_case, without_brackets
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.text import LabText
@@ -89,6 +89,10 @@ class Sheet:
         if written:
             return below if (below := self.unit_below(column)) != written else ""
         return unit_of_capitals(self.names[column])
+
+    def from_small_letters(self, column: int) -> str:
+        """The unit of a column as it is usually written, where it ends a name in small letters; else ""."""
+        return "" if self.unit_below(column) else unit_of_small_letters(self.names[column])
 
     def plain_heading(self, column: int) -> Heading:
         """What a column is by its name alone, whatever the user says; of no quantity if it is not understood."""

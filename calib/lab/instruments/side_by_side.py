@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
+
 from calib.errors import Fault, InputError
 from calib.lab.instruments.header import no_header, split_line
 from calib.lab.instruments.labtable import Reading
@@ -20,6 +22,8 @@ from calib.lab.instruments.vocabulary import Heading, without_run
 _ROWS_SEEN = 20
 # Lines that are looked at to tell how columns go on.
 _LINES_SEEN = 2000
+# A time goes on behind another within so many steps.
+_STEPS = 2.5
 
 
 def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...]]:
@@ -72,7 +76,34 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
                 advice="Export one specimen per file, or correct the header",
             )
         )
+    if reading.specimen is None and _time_goes_on(sheet, found, range(first, first + count * period), period):
+        raise InputError(
+            Fault(
+                f"{count} blocks of columns stand side by side, and the time of each goes on where that of the block before "
+                "ends: they seem to be one record",
+                sheet.text.path,
+                sheet.header_line,
+                first + 1,
+                advice="Put them one below the other, under one line of names, in the order of their times; if they are "
+                f"specimens, say which one: --specimen 1 to --specimen {count}",
+            )
+        )
     return _specimen(sheet, reading, first, period, count)
+
+
+def _time_goes_on(sheet: Sheet, found: Mapping[int, Heading], of_all: range, period: int) -> bool:
+    """Whether the times of blocks of columns follow each other by a step as within a block, as where a table is folded."""
+    times = [i for i in of_all if i in found and found[i].quantity == "time"]
+    rows = _first_lines(sheet)
+    if len(times) * period != len(of_all) or len(rows) == _LINES_SEEN:
+        return False
+    columns = readings(
+        [[row[i] if i < len(row) else "" for row in rows] for i in times], [1.0] * len(times), sheet.declared_decimal
+    )
+    parts = [values[np.isfinite(values)] for values in columns]
+    if any(part.size < 2 or np.any(np.diff(part) < 0) for part in parts):
+        return False
+    return all(0 < after[0] - part[-1] <= _STEPS * np.median(np.diff(part)) for part, after in pairwise(parts))
 
 
 def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Heading]) -> tuple[Sheet, tuple[str, ...]]:

@@ -68,6 +68,13 @@ def below_header(
         line = without_comment_mark(text.lines[index], delimiter)
         cells = split_line(line, delimiter)
         shown, later = text.lines[index].strip()[:60], [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
+        if cells[0].endswith("=") and names[0].endswith("="):
+            # As LabChart labels every line of what it says of channels: "ChannelTitle=", "Range=", "UnitName=".
+            if not re.match("units?", cells[0], re.IGNORECASE):
+                unread.append(Unread(f"line {index + 1}", f'settings of the channels, "{shown}"'))
+                start = index + 1
+                continue
+            cells = ["", *cells[1:]]
         found = _units(_above_readings(cells, names, later), names) if units_line is None else None
         if index + 1 == text.units_line:
             # Units that are not known stay as they are written: what has one is no quantity, or is refused.
@@ -86,10 +93,13 @@ def below_header(
         elif units_line is not None and units_line == lines[place - 1] + 1 and _comments(cells, names, units):
             unread.append(Unread(f"line {index + 1}", f'comments on the columns, "{shown}"'))
         elif _titles(cells, names) and delimiter != " ":
-            if strict:
+            if _named_again(cells, names):
+                unread.append(Unread(f"line {index + 1}", f'the names of line {header + 1} in other words, "{shown}"'))
+            elif strict:
                 message = f'"{shown}" stands below the header of line {header + 1} like another header'
                 raise InputError(Fault(message, text.path, index + 1, advice=_ONE_LINE))
-            unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
+            else:
+                unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
         else:
             break
         start = index + 1
@@ -279,3 +289,16 @@ def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:
     if len(there) < 2 or len(cells) < len(names) or [c.strip() for c in cells] == list(names):
         return False
     return not any(map(_is_reading, there))
+
+
+def _named_again(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row names each column once more, as in another language, without a unit or a word that the first has not."""
+    pairs = [(understand(cell), understand(name)) for cell, name in zip_longest(cells, names, fillvalue="")]
+    same = [
+        one is not None
+        and other is not None
+        and (one.quantity, one.index, one.processed) == (other.quantity, other.index, other.processed)
+        and not (one.unit or one.unit_doubt or one.name_doubt)
+        for one, other in pairs
+    ]
+    return all(same)

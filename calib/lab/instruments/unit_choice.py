@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from calib.errors import Choice, Fault
@@ -87,6 +89,11 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'column "{name}" holds no times that are understood: "{words[:40]}"',
             'Write them as "2024-05-02 12:30:01.5" or in seconds, or leave the time out: --columns time=none',
         )
+    if not said and (counted := _counted_unit(name, quantity)):
+        return fault(
+            f'column "{name}": "{counted}" may be what one count stands for, or how far the instrument reaches',
+            f'If one count is so much, say so: --units "{shown}={counted}"; else {listed}',
+        )
     if not said:
         needed = quantity in (*NEEDS_UNIT, "frequency")
         return fault(f'column "{name}" has no unit', example, any_usual) if needed else (None, 1.0)
@@ -115,6 +122,15 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             which,
         )
     return None, factors[0]
+
+
+def _counted_unit(name: str, quantity: str) -> str:
+    """The number with a unit of a quantity in a bracket of a name: "10 mN" of "Force (10 mN)"; "" if there is none."""
+    for bracket in re.findall(r"[(\[]\s*(\d[\d.]*\s?[^\W\d]+)\s*[)\]]", name):
+        unit = bracket.lstrip("0123456789. ")
+        if is_unit_of(unit, quantity):
+            return str(bracket)
+    return ""
 
 
 def words_against(sheet: Sheet, quantity: str, factor: float) -> tuple[str, int, str] | None:
@@ -201,6 +217,28 @@ _FORCES = {
     "lbf": "pounds-force (lbf)",
     "ozf": "ounces-force (ozf)",
 }
+
+
+# Directions that stand behind a force as "n" does behind that along the normal: "force_n" beside "force_t".
+_DIRECTIONS = ("t", "s", "x", "y", "z", "r")
+
+
+def of_a_direction(sheet: Sheet, index: int, unit: str) -> list[Fault]:
+    """Ask for the unit of a force whose last small letter may be a direction, as another column's is.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index : which of its columns.
+    unit : that the letter may stand for.
+    """
+    name = sheet.names[index]
+    of_force = name[: -len(unit) - 1]
+    other = next((n for n in sheet.names if n.rpartition("_")[0] == of_force and n.rpartition("_")[2] in _DIRECTIONS), None)
+    if other is None:
+        return []
+    message = f'column "{name}" has no unit: "{unit.lower()}" may be the direction, as in "{other}"'
+    return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=units_to_say("force"))]
 
 
 def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, reading: Reading) -> bool:

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from calib.lab.instruments.lexicon import BAD_CELL, BAD_ROW, BESIDE_MARK, MARKS_BAD, MARKS_GOOD, NO, SAYS_OF_ROW, VALIDITY, YES
+from calib.lab.instruments.lexicon import (
+    BAD_CELL,
+    BAD_ROW,
+    BESIDE_COMPARED,
+    BESIDE_MARK,
+    COMPARED,
+    MARKS_BAD,
+    MARKS_GOOD,
+    NO,
+    SAYS_OF_ROW,
+    VALIDITY,
+    YES,
+)
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import words
 
@@ -64,6 +76,17 @@ def said_bad(sheet: Sheet) -> Validity:
             column = f'"{name}"' if name else f"column {index + 1}"
             rows.setdefault(row, f'{column} says "{cells[row].strip()[:20]}"')
     return Validity(rows, columns)
+
+
+def compares(cells: Sequence[str]) -> bool:
+    """Whether a column is a comparator's: which readings are within limits that were set ("IN"), above, or below.
+
+    Parameters
+    ----------
+    cells : of the column.
+    """
+    said = {c.strip().lower() for c in set(cells)} - {""}
+    return "in" in said and said <= COMPARED | BESIDE_COMPARED
 
 
 def _parts(name: str) -> frozenset[str]:

@@ -465,6 +465,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             or is_wiring(bracket)
             or says_sense(bracket)
             or any(m.quantity == quantity for m in meanings(plain, (), ""))
+            or f"{name} {plain}" in NAMES[quantity]
         ):
             continue
         elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):

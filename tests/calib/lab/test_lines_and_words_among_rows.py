@@ -33,6 +33,9 @@ def read(tmp_path: Path, line: str, *, mark: str = "") -> LabTable:
         "- Page 2 of 4 -",
         "第 2 页",
         "# retract",
+        "unloading",
+        "Hold,,",
+        "Entlastung",
     ],
 )
 def test_a_line_that_changes_nothing_is_left_out_with_a_note(tmp_path: Path, line: str) -> None:
@@ -42,7 +45,19 @@ def test_a_line_that_changes_nothing_is_left_out_with_a_note(tmp_path: Path, lin
 
 
 @pytest.mark.parametrize(
-    "line", ["--- Run 2 ---", "# Run 2", "# Versuch B", "Messung Nr. 3", "# --- test #2 ---", "=====", "%% 试验 2"]
+    "line",
+    [
+        "--- Run 2 ---",
+        "# Run 2",
+        "# Versuch B",
+        "Messung Nr. 3",
+        "# --- test #2 ---",
+        "=====",
+        "%% 试验 2",
+        "loading",
+        "start",
+        "unloading 2",
+    ],
 )
 def test_a_line_that_may_begin_another_record_is_refused_with_two_files_as_advice(tmp_path: Path, line: str) -> None:
     with pytest.raises(InputError, match="in a file of their own") as error:

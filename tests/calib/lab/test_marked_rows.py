@@ -1,11 +1,13 @@
 """Columns that mark rows: those that a file itself calls bad are left out, whatever the column is called."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.lab import LabTable, read_lab_file
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
 
 N = 120
 TIME = np.round(0.1 * np.arange(N), 3)
@@ -76,3 +78,44 @@ def test_columns_of_something_else_take_no_rows(tmp_path: Path, name: str, good:
 def test_a_mark_in_most_rows_is_none(tmp_path: Path) -> None:
     table = read(tmp_path, "Mask", "1", "0", glitch=1.0)
     assert not any(table.reasons)
+
+
+def of_meter(tmp_path: Path, name: str, say: Callable[[int], str]) -> LabTable:
+    rows = [f"{TIME[k]:.3f},{97.0 + DEPTH[k]:.4f},{say(k)}" for k in range(N)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"Time (s),Cp (pF),{name}", *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize("word", ["0", "+0", "0x00", "00000000", "0x0000", "0b0000"])
+def test_a_status_without_a_flag_is_a_good_one_and_one_with_a_flag_is_not(tmp_path: Path, word: str) -> None:
+    assert not any(of_meter(tmp_path, "Status", lambda _: word).reasons)
+    flagged = of_meter(tmp_path, "Status", lambda k: "0x04" if k in BAD else word)
+    assert [k for k, why in enumerate(flagged.reasons) if why] == list(BAD)
+    assert set(flagged.reasons) == {"", "LCR status 0x04"}
+
+
+@pytest.mark.parametrize("name", ["STATUS", "Comp", "JUDGE"])
+def test_a_comparator_says_nothing_against_the_readings_that_it_compares(tmp_path: Path, name: str) -> None:
+    table = of_meter(tmp_path, name, lambda k: "HI" if k > 70 else "LO" if k < 9 else "IN")
+    assert not any(table.reasons)
+    noted = any("within limits that were set" in note for note in table.notes)
+    assert noted == (name == "STATUS")
+
+
+def test_an_error_beside_the_words_of_a_comparator_and_a_lone_high_are_no_readings(tmp_path: Path) -> None:
+    failed = of_meter(tmp_path, "STATUS", lambda k: "ERR" if k in BAD else "IN")
+    assert [k for k, why in enumerate(failed.reasons) if why] == list(BAD)
+    high = of_meter(tmp_path, "STATUS", lambda k: "HI" if k in BAD else "OK")
+    assert [k for k, why in enumerate(high.reasons) if why] == list(BAD)
+
+
+def test_the_status_may_be_left_out_whatever_its_words(tmp_path: Path) -> None:
+    of_meter(tmp_path, "STATUS", lambda k: "ERR" if k in BAD else "IN")
+    table = read_lab_file(tmp_path / "lab.csv", Reading(columns={"status": "none"}))
+    assert not any(why.startswith("LCR status") for why in table.reasons)
+
+
+def test_a_column_of_inches_that_becomes_one_of_millimetres_is_still_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="another unit or range"):
+        of_meter(tmp_path, "Unit of the gap", lambda k: "in" if k < 60 else "mm")

@@ -36,6 +36,17 @@ def read(tmp_path: Path, header: str, *columns: np.ndarray, reading: Reading | N
         "Time (s);102 <Disp> (mm);101 <Force> (N)",
         "Time.s;Displacement.mm;Force.N",
         "Time (s);Pd [mm];Fn [N]",
+        "Zeit  1 - Standard-Messrate [s];Weg WA10 [mm];Kraft U10M [N]",
+        "Temps 1 - fréquence d'échantillonnage par défaut [s];Course [mm];Force [N]",
+        "Time;Ax. Displacement;Ax. Force\nSec;mm;N",
+        "Time (s);Ax. Disp. (mm);Vert. Load (N)",
+        "Time (s);AI 1/displacement (mm);AI 2/force (N)",
+        "Time (s);Dev1_ai0 Displacement [mm];Dev1_ai1 Force [N]",
+        "Time (s) (since start);Displacement (mm) (crosshead);Force (N) (5 N cell)",
+        "t / s;x / mm;F / 10^0 N",
+        "Time [s];Displacement [mm];Force (0-5 N) [N]",
+        "Zeit;Weg;Kraft\ntime;displacement;force\n[s];[mm];[N]",
+        "t_s;disp_mm;force_n",
         '"Full Scale Load Range (N): 10"\nTime (s);Extension (mm);Load (N)',
     ],
 )
@@ -73,3 +84,105 @@ def test_a_capacitance_between_the_terminals_of_a_card() -> None:
 def test_a_factor_of_full_scale_is_still_one(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="factor"):
         read(tmp_path, "Load scale factor: 10\nTime (s);Extension (mm);Load (N)", TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [("t / s;x / mm;F / 10^-3 N", 1e-3), ("t / s;x / mm;F / 10⁻³ N", 1e-3), ("t_s;disp_mm;axial_load_kn", 1e3)],
+)
+def test_a_unit_behind_a_stroke_or_in_small_letters_is_read(tmp_path: Path, header: str, factor: float) -> None:
+    table = read(tmp_path, header, TIME, DEPTH, FORCE / factor if factor < 1 else FORCE)
+    assert np.allclose(table.columns["force"], FORCE * max(factor, 1.0), atol=1e-4 * factor)
+
+
+def test_small_letters_are_told(tmp_path: Path) -> None:
+    table = read(tmp_path, "t_s;disp_mm;force_n", TIME, DEPTH, FORCE)
+    assert '"force_n": in a name of small letters "n" is read as N' in table.notes
+
+
+@pytest.mark.parametrize("force", ["force_n;force_t", "force_mn", "force n", "1/Force (N)", "AI 1/2 (N)"])
+def test_small_letters_that_may_be_a_direction_and_inverses_are_asked_about(tmp_path: Path, force: str) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, f"t_s;disp_mm;{force}", TIME, DEPTH, *[FORCE] * (1 + force.count(";")))
+
+
+def test_a_direction_is_settled_by_the_unit_that_is_said(tmp_path: Path) -> None:
+    columns = (TIME, DEPTH, FORCE, 0.1 * FORCE)
+    table = read(tmp_path, "t_s;disp_mm;force_n;force_t", *columns, reading=Reading(units={"force": "mN"}))
+    assert np.allclose(table.columns["force"], 1e-3 * FORCE, atol=1e-7)
+
+
+def test_metres_in_capitals_are_read_and_told(tmp_path: Path) -> None:
+    rows = [f"{t:.6E} {x * 1e-3:.6E} {f:.6E}" for t, x, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.dat"
+    path.write_text("\n".join(["TIME (S)  DISP (M)  FORCE (N)", *rows]) + "\n")
+    table = read_lab_file(path)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-8)
+    assert any('"M" is read as m' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["FORCE (M)", "LOAD M", "TIME (M)"])
+def test_a_capital_m_of_another_quantity_is_no_metre(tmp_path: Path, name: str) -> None:
+    heading = understand(name)
+    assert heading is None or heading.unit != "m"
+
+
+@pytest.mark.parametrize(
+    ("names", "dissipation"), [("Elapsed (s);C Parallel (pF);D Factor", True), ("Elapsed (s);Capacitance parallel (pF)", False)]
+)
+def test_the_circuit_may_stand_behind_the_capacitance(tmp_path: Path, names: str, dissipation: bool) -> None:
+    table = read(tmp_path, names, TIME, 97.0 + DEPTH, *([0.001 + 0 * TIME] if dissipation else []))
+    assert np.allclose(table.columns["capacitance"], (97.0 + DEPTH) * 1e-12, atol=1e-16)
+    assert ("dissipation" in table.columns) is dissipation
+    series = understand("C series (pF)")
+    assert series is not None
+    assert series.quantity == "capacitance_series"
+
+
+def test_lines_that_labchart_labels_hold_the_units_of_channels(tmp_path: Path) -> None:
+    head = [
+        "Interval=\t0.1 s",
+        "ChannelTitle=\tForce\tDisplacement",
+        "Range=\t5.000 N\t2.000 mm",
+        "UnitName=\tmN\tmm",
+        "TopValue=\t5.0\t2.0",
+    ]
+    rows = [f"{t:.3f}\t{1e3 * f:.4f}\t{x:.4f}" for t, x, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    table = read_lab_file(path, Reading(columns={"time": "1"}, units={"time": "s"}))
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-6)
+    assert len(table.lines) == N
+
+
+@pytest.mark.parametrize("second", ["time;force;displacement", "time;displacement;force (kN)", "time;displacement;stress"])
+def test_a_second_line_of_names_that_says_something_else_is_refused(tmp_path: Path, second: str) -> None:
+    with pytest.raises(InputError, match="like another header"):
+        read(tmp_path, f"Zeit;Weg;Kraft\n{second}\n[s];[mm];[N]", TIME, DEPTH, FORCE)
+
+
+def test_quantities_in_lines_are_told_with_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    named = (("Time (s)", TIME), ("Displacement (mm)", DEPTH), ("Force (N)", FORCE))
+    path.write_text("\n".join(",".join([name, *(f"{v:.4f}" for v in values)]) for name, values in named) + "\n")
+    for reading in (Reading(), Reading(columns={"time": "1", "displacement": "2", "force": "3"})):
+        with pytest.raises(InputError, match="Turn rows and columns"):
+            read_lab_file(path, reading)
+
+
+def test_one_press_in_blocks_side_by_side_is_no_choice_of_specimens(tmp_path: Path) -> None:
+    header = "Time (s);Displacement (mm);Force (N)"
+    parts = [(TIME[part], DEPTH[part], FORCE[part]) for part in (slice(30), slice(30, N))]
+    rows = [";".join(f"{values[k]:.4f}" for values in (*parts[0], *parts[1])) for k in range(30)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"{header};{header}", *rows]) + "\n")
+    with pytest.raises(InputError, match="one below the other") as error:
+        read_lab_file(path)
+    assert not isinstance(error.value, SeveralSpecimens)
+
+
+@pytest.mark.parametrize(("name", "said"), [("Force (10 mN)", "force=10 mN"), ("Force [0.01 N]", "force=0.01 N")])
+def test_a_number_with_a_unit_in_the_place_of_one_is_asked_about_as_both(tmp_path: Path, name: str, said: str) -> None:
+    with pytest.raises(InputError, match="may be what one count stands for, or how far the instrument reaches") as error:
+        read(tmp_path, f"Time (s);Displacement (mm);{name}", TIME, DEPTH, FORCE)
+    assert f'--units "{said}"' in str(error.value)

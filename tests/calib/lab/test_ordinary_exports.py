@@ -354,3 +354,19 @@ def test_times_in_single_precision_are_refused(tmp_path: Path, factor: float) ->
     rows = [f"{t:.1f},{d:.4f},{f:.4f}" for t, (_, d, f) in zip(at, PRESS, strict=True)]
     with pytest.raises(InputError, match="single precision"):
         read_written(tmp_path, [f"Time ({unit}),Extension (mm),Load (N)", *rows])
+
+
+def test_rows_of_two_clocks_in_one_table_are_to_be_read_twice(tmp_path: Path) -> None:
+    def row(i: int) -> str:
+        return f"{0.1 * i:.1f},{pressed(i)}," if i % 2 else f"{0.1 * i:.1f},,,{97 + 3 * PLACE[i]:.4f}"
+
+    path = lab_file(tmp_path, ["Time (s),Displacement (mm),Force (N),Cp (pF)"], row)
+    obs = observe(read_lab_file(path))
+    assert not np.any(obs.used)
+    advice = nothing_used(obs).advice
+    assert "--columns capacitance=none" in advice
+    assert "--columns force=none --columns displacement=none" in advice
+    press = observe(read_lab_file(path, Reading(columns={"capacitance": "none"})))
+    log = observe(read_lab_file(path, Reading(columns={"force": "none", "displacement": "none"})))
+    assert np.count_nonzero(press.used) > 25
+    assert np.count_nonzero(log.used) > 25
