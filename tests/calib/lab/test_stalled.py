@@ -51,7 +51,7 @@ def test_a_load_that_lags_into_a_hold_freezes_no_displacement(tmp_path: Path, la
 
 
 @pytest.mark.parametrize("n", [25, 41, 60])
-@pytest.mark.parametrize("level", [0.0, 0.0151])
+@pytest.mark.parametrize("level", [0.0, 0.0345])
 def test_a_load_that_begins_with_a_jump_after_one_number_was_none_before(tmp_path: Path, n: int, level: float) -> None:
     force = PRESS.columns["force"].copy()
     force[:n] = level

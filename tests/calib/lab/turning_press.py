@@ -41,7 +41,7 @@ def turning_press(seed: int = 1, hold: int = 0, halves: int = 100) -> Turning:
     ease = 1 - 0.05 * (1 - np.exp(-held / 8))
     force = 5.0 * depth**1.5 * ease + rng.normal(0.004, 0.002, place.size)
     capacitance = 97 + 2.5 * depth**1.2 * ease + rng.normal(0, 0.001, place.size)
-    time = 0.05 * np.arange(place.size)
+    time = 0.05 * np.arange(place.size, dtype=np.float64)
     return Turning(depth, {"time": time, "displacement": place, "force": force, "capacitance": capacitance})
 
 
