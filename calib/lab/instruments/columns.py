@@ -248,10 +248,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
     faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
-    faults += alternating(sheet, columns, usable, reading)
     still = stalled(sheet, columns, usable, reading)
-    if faults or still.faults:
-        raise InputError(faults or still.faults)
+    if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
+        raise InputError(faults)
     for quantity, lost in still.lost.items():
         usable[quantity][list(lost)] = np.nan
     zeros = another_zero(sheet, columns, usable, reading)
