@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError, capped
+from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
 from calib.lab.instruments.channel_in_g import load_or_acceleration
@@ -255,8 +256,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         usable[quantity][list(lost)] = np.nan
     faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
     still = stalled(sheet, columns, usable, reading)
-    if faults or still.faults:
-        raise InputError(faults or still.faults)
+    if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
+        raise InputError(faults)
     for quantity, lost in still.lost.items():
         usable[quantity][list(lost)] = np.nan
     zeros = another_zero(sheet, columns, usable, reading)

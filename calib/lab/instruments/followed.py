@@ -158,7 +158,9 @@ def _fitted(y: FloatArray, w: FloatArray, before: BoolArray) -> _Fit:
         tried = factor * np.exp(np.linspace(-around, around, _TRIED))
         squares = sums[0][0] + tried[:, None, None] ** 2 * sums[1][0]
         products = sums[0][1] + tried[:, None] * sums[1][1]
-        met = np.sum(products * np.linalg.solve(squares + _RIDGE * np.eye(3), products[..., None])[..., 0], axis=1)
+        # As large as the squares of the multiples, or it is lost among them where the other channel has two values only.
+        ridge = _RIDGE * (1 + tried[:, None, None] ** 2) * np.eye(3)
+        met = np.sum(products * np.linalg.solve(squares + ridge, products[..., None])[..., 0], axis=1)
         factor = float(tried[np.argmax(met)])
         around *= 2 / _TRIED
     multiple = _of(curve * np.where(before, 1.0, factor)[:, None], y)

@@ -14,6 +14,7 @@ from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import unit_of_numbers
 from calib.lab.instruments.units import asked_factor, is_unit_of
+from models.sensor import FloatArray
 
 # "Sample rate: 50 Hz", "Sampling interval [ms];20", "Abtastrate 100 1/s".
 _RATE = re.compile(
@@ -56,7 +57,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     used : indices of the columns that are read.
     unread : index -> why a column is not read.
     """
-    counter, rising = None, None
+    counter, rising, falls = None, None, ""
     for index in range(len(sheet.names)):
         why = unread.get(index, "not understood")
         if index in used or index in sheet.set_aside or not why.startswith(("not understood", "names of the rows")):
@@ -64,7 +65,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         seen = [c for c in sheet.columns[index][:_SEEN] if c.strip()]
         if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
             return f'no time is read; if "{_name(sheet, index)}" is one: {_asked(sheet, index)}'
-        values = to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
+        values = _numbers(sheet, index)
         values = values[np.isfinite(values)]
         steps = np.diff(values)
         if values.size < _FEWEST or np.count_nonzero(steps > 0) < _UP * steps.size:
@@ -74,8 +75,15 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
             own = sheet.unit_written(index) or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
             rising = index, own or unit_of_numbers(float(values[0])) or "s"
+            falls = _where_it_falls(sheet, index)
     if rising is not None:
         name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units {in_shell(f'time={rising[1]}')}"
+        if falls:
+            return (
+                f'no time is read; "{name}" rises from row to row as one does, but {falls}, as where a clock begins anew: '
+                "if it is one, the rows before and behind are of two records, or its times there are wrong; save them as two "
+                f"files, or correct them, and then {asked}"
+            )
         return f'no time is read; "{name}" rises from row to row as one does: if it is one, {asked}'
     if counter is None:
         return ""
@@ -87,6 +95,22 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     asked = f"{_asked(sheet, counter)} --units {in_shell(f'time={step} s')}"
     said = sheet.prelude[line - 1].strip()[:60]
     return f'no time is read; "{name}" counts the rows and line {line} says "{said}": {asked} reads the time from both'
+
+
+def _numbers(sheet: Sheet, index: int) -> FloatArray:
+    return to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
+
+
+def _where_it_falls(sheet: Sheet, index: int) -> str:
+    """Where a column that rises falls back, in words; "" if it does not."""
+    values = _numbers(sheet, index)
+    rows = np.flatnonzero(np.isfinite(values))
+    fall = np.flatnonzero(np.diff(values[rows]) < 0)
+    if not fall.size:
+        return ""
+    above, row = rows[fall[0] : fall[0] + 2].tolist()
+    cells = [f'"{sheet.columns[index][r].strip()[:40]}"' for r in (above, row)]
+    return f"falls from {cells[0]} to {cells[1]} in line {int(sheet.lines[row])}"
 
 
 def _asked(sheet: Sheet, index: int) -> str:

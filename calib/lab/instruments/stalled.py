@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import last_step, noise_of
-from calib.lab.instruments.unit_choice import is_confirmed
+from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
 from models.sensor import FloatArray
 
@@ -29,6 +30,12 @@ _PACE = 2.5
 _CAUGHT_UP, _STEPS = 0.5, 2.0
 # Another channel goes on if it moves by such a share of what it did before in as many rows.
 _GOES_ON = 0.4
+# A drive makes no halts if such a share of the runs shorter than `_RUN` is of one reading; cells that show the last digit.
+_NO_HALTS, _CELLS = 0.95, 200
+# The load goes on, not only its lag, if on the way to its peak it keeps such a share of its pace.
+_KEEPS_PACE = 0.7
+# A channel is asleep at the beginning for so many rows at least, and awakes by so many of the steps behind, of which most move.
+_ASLEEP, _AWAKES, _STEPS_BEHIND = 8, 4.0, 7
 # Readings that are the same, and those of a channel at rest, as shares of the range.
 _SAME, _AT_REST = 1e-9, 0.03
 # The ball goes back by such a share of its travel behind the largest reading.
@@ -58,7 +65,9 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
     """Find readings that stand still, to the last digit, where they were moving and another channel goes on.
 
     Where they catch up behind, the logger wrote an old reading for a while: these rows are left out. Where they go on from
-    where they stood, all behind may be late: refused. At an end of its range, as of a meter that saturates, it is noted. A slow
+    where they stood, all behind may be late: refused. At an end of its range, as of a meter that saturates, it is noted; a
+    displacement is left out there where the load goes on as on its way, which no hold shows. Readings that are one number from
+    the beginning on and then begin with a jump are those of a channel below its threshold, or not on yet: left out. A slow
     meter, whose readings are all written several times, a display of few digits, a hold, and a load at rest are none of this.
 
     Parameters
@@ -90,7 +99,12 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
                 f'column "{sheet.names[column.index]}" is read anew in about every {held}. row, and stands in those between '
                 "while the other channels go on: a slower instrument, of which only the first row of each reading counts"
             )
-        for first, last, kind in _runs(rows, y, others):
+        # A capacitance that awakes by a jump may have another offset: see `another_zero`.
+        asleep = _asleep(rows, y, column.quantity, values) if column.quantity in ("displacement", "force") else None
+        if asleep is not None:
+            _tell_asleep(sheet, column, int(rows[0]), *asleep, reading, told)
+        written = _last_digit(sheet.columns[column.index], rows) * column.factor
+        for first, last, kind in _runs(rows, y, others, written, driven=column.quantity == "displacement"):
             _tell(sheet, column, first, last, kind, told)
     return told
 
@@ -136,12 +150,76 @@ def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, to
         )
         told.faults.append(Fault(message, sheet.text.path, int(sheet.lines[first]), column.index + 1, advice=advice))
     else:
-        why = f"{name} stands still in {lines} ({shown}) while the other channels go on, and catches up behind"
-        told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first + 1, last + 1), why))
+        then = ", as at an end of its range" if kind == "beyond" else ", and catches up behind"
+        why = f"{name} stands still in {lines} ({shown}) while the other channels go on{then}"
+        lost = range(first + (kind != "beyond"), last + 1)
+        told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(lost, why))
 
 
-def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> list[tuple[int, int, str]]:
-    """Runs of equal readings that cannot be: first row, last row, and whether it is "end", "late" or "lost"."""
+def _tell_asleep(
+    sheet: Sheet, column: ReadColumn, first: int, last: int, jump: float, step: float, reading: Reading, told: Stalled
+) -> None:
+    cell, unit = sheet.columns[column.index][last].strip()[:40], unit_in_words(sheet, column.index, column.heading, reading)
+    lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
+    why = (
+        f'{_name(column.quantity)} is "{cell}" to the last digit in {lines} and then begins with a jump of '
+        f"{jump / column.factor:.4g} {unit}, where it goes on by {step / column.factor:.2g} {unit} a row: below a threshold, "
+        "or not on yet"
+    )
+    told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
+    told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
+
+
+def _asleep(rows: IntArray, y: FloatArray, quantity: str, values: Mapping[str, FloatArray]) -> tuple[int, float, float] | None:
+    """One number from the beginning on, then a jump that the rows behind contradict: its last row, the jump, a step behind."""
+    v = y[rows]
+    change = np.flatnonzero(np.diff(v) != 0)
+    if not change.size or int(change[0]) + 1 < _ASLEEP or v.size - int(change[0]) < _STEPS_BEHIND + 2:
+        return None
+    last = int(change[0])
+    jump, steps = float(v[last + 1] - v[last]), np.diff(v[last + 1 : last + 2 + _STEPS_BEHIND])
+    usual = float(np.max(np.abs(steps)))
+    if 2 * np.count_nonzero(steps) < steps.size or jump * float(np.sum(steps)) <= 0:
+        return None
+    if quantity == "displacement" and not _moved(values.get("force"), rows[: last + 1]):
+        return None  # at rest out of contact
+    for beside in ("time",) if quantity == "displacement" else ("time", "displacement"):
+        # A row that stands farther off, as behind rows that were not written, may differ by as much more.
+        place = values[beside][rows[last : last + 2 + _STEPS_BEHIND]] if beside in values else np.arange(_STEPS_BEHIND + 2.0)
+        apart = np.abs(np.diff(place))
+        pace = float(np.median(apart[1:]))
+        if not pace > 0 or not abs(jump) > _AWAKES * usual * max(1.0, float(apart[0]) / pace):
+            return None
+    return int(rows[last]), jump, float(np.mean(steps))
+
+
+def _moved(v: FloatArray | None, rows: IntArray) -> bool:
+    """Whether readings have changed over rows by more than their noise."""
+    there = v[rows][np.isfinite(v[rows])] if v is not None else np.zeros(0)
+    if there.size < _ASLEEP:
+        return False
+    return abs(float(np.median(there[-3:]) - np.median(there[:3]))) > _NOISES * noise_of(there)
+
+
+def _last_digit(cells: Sequence[str], rows: IntArray) -> float:
+    """The last digit of the numbers of a column as they are written; infinite where they are no plain numbers."""
+    powers: list[int] = []
+    for row in rows[:: max(1, rows.size // _CELLS)].tolist():
+        try:
+            power = Decimal(cells[row].strip().replace(",", ".")).as_tuple().exponent
+        except InvalidOperation:
+            continue
+        powers += [power] if isinstance(power, int) else []
+    return 10.0 ** float(np.median(powers)) if powers else np.inf
+
+
+def _runs(
+    rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray], written: float, *, driven: bool
+) -> list[tuple[int, int, str]]:
+    """Runs of equal readings that cannot be: first row, last row, and whether it is "end", "beyond", "late" or "lost".
+
+    `written` is the last digit in which the channel is written; `driven` if it is where the drive goes.
+    """
     v = y[rows]
     change = np.flatnonzero(np.diff(v) != 0) + 1
     starts = np.concatenate([[0], change])
@@ -151,7 +229,10 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
         return []
     usual = float(np.quantile(lengths[(lengths < _RUN) | (lengths <= np.median(lengths))], 0.9))
     # What a motor drives has steps of many digits, which differ by few.
-    digit = min(last_step(v), last_step(np.diff(v)))
+    coarse = digit = min(last_step(v), last_step(np.diff(v)))
+    short = lengths[lengths < _RUN]
+    if short.size and np.mean(short == 1) >= _NO_HALTS:
+        digit = min(digit, written)  # it goes on by equal steps, which are those of no display
     floor = max(_NOISES * noise_of(v[starts]), _DIGITS * digit)
     low, high, rest = float(np.min(v)), float(np.max(v)), float(np.median(v[: max(1, min(9, v.size // 10))]))
     span = high - low
@@ -163,22 +244,25 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
             continue
         if float(np.min(np.abs(np.diff(before)))) < _PACE * digit:
             continue  # a digit that goes to and fro
+        if not _one_way(before):
+            continue
         # The least of the steps before: one of them may be a jump.
         pace, pace_after = float(np.min(np.abs(np.diff(before)))), _pace(after)
+        way, way_after = (float(u[-1] - u[0]) if u.size else 0.0 for u in (before, after))
+        would = pace * (lengths[k] - 1)
         at_end = min(high - v[first], v[first] - low) <= _SAME * span
         ends = int(rows[first]), int(rows[last])
-        if at_end:
-            if _one_way(before) and pace * lengths[k] > floor and _go_on(others, *ends, ahead=False):
-                found.append((*ends, "end"))
-            continue
-        if not (after.size and _one_way(before) and _go_on(others, *ends, ahead=True)):
-            continue
-        jump, way = float(v[last + 1] - v[last]), float(before[-1] - before[0])
-        would = pace * (lengths[k] - 1)
-        if jump * way > 0 and would > floor and abs(jump) > max(_CAUGHT_UP * would, _STEPS * pace):
+        goes_on = not at_end and after.size > 0 and _go_on(others, *ends, ahead=True)
+        jump = float(after[0] - v[last]) if after.size else 0.0
+        if goes_on and jump * way > 0 and would > floor and abs(jump) > max(_CAUGHT_UP * would, _STEPS * pace):
             found.append((*ends, "lost"))
-        elif after.size > 1 and way * float(after[-1] - after[0]) > 0 and min(pace, pace_after) * (lengths[k] - 1) > floor:
-            found.append((*ends, "late"))
+        elif driven and (at_end or way * way_after < 0) and would + pace > floor and _load_goes_on(others, *ends):
+            found.append((*ends, "beyond"))
+        elif at_end:
+            if would + pace > floor and pace >= _PACE * coarse and _go_on(others, *ends, ahead=False):
+                found.append((*ends, "end"))
+        elif goes_on and way * way_after > 0 and min(would, pace_after * (lengths[k] - 1)) > floor:
+            found += [(*ends, "late")] if not driven or _load_goes_on(others, *ends) else []
     return found
 
 
@@ -205,6 +289,23 @@ def _go_on(others: Mapping[str, FloatArray], first: int, last: int, *, ahead: bo
         if moved < _GOES_ON * _pace(before) * (there.size - 1) or np.all(there == there[0]):
             return False
         moving += _pace(before) > 0 and float(np.ptp(there)) > 3 * noise_of(v[rows])
+    return moving > 0
+
+
+def _load_goes_on(others: Mapping[str, FloatArray], first: int, last: int) -> bool:
+    """Whether each other channel goes on as before for a good part of some rows, as where a ball goes on that should rest."""
+    moving = 0
+    for v in others.values():
+        rows = np.flatnonzero(np.isfinite(v))
+        begin, end = np.searchsorted(rows, [first, last + 1])
+        there, before = v[rows[begin:end]], v[rows[max(begin - _BESIDE, 0) : begin + 1]]
+        if there.size < _RUN or before.size < 2:
+            continue
+        ahead = (there - there[0]) * np.sign(float(before[-1] - before[0]))
+        peak = int(np.argmax(ahead))
+        if ahead[peak] < max(_GOES_ON * _pace(before) * (there.size - 1), _KEEPS_PACE * _pace(before) * peak):
+            return False
+        moving += float(ahead[peak]) > _NOISES * noise_of(v[rows])
     return moving > 0
 
 

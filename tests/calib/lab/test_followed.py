@@ -105,3 +105,9 @@ def test_a_curve_without_a_jump_is_followed_by_no_multiple() -> None:
     w = np.linspace(0.1, 1.0, 140)
     w[70:] += 0.2
     assert followed(w**1.5, {"displacement": w}, 69, NONE) is None
+
+
+@pytest.mark.parametrize("power", [-9, -6, -4, 0, 4])
+def test_a_jump_by_powers_of_ten_over_a_ball_that_stood_in_two_places_is_judged(power: int) -> None:
+    readings = np.where(np.arange(40) < 20, 10.0**power, 1.0) * (1 + 1e-3 * np.sin(np.arange(40)))
+    followed(readings, {"displacement": np.where(np.arange(40) < 18, 0.1, 0.2)}, 19, NONE)

@@ -234,6 +234,13 @@ def test_a_column_that_rises_as_a_time_does_is_told_where_no_time_is_read(tmp_pa
     assert "counts the rows" in note
 
 
+def test_a_column_that_rises_but_falls_back_once_is_told_with_the_line(tmp_path: Path) -> None:
+    back = [f"{float(t) - (float(T[N - 9]) if k >= N - 9 else 0):.3f}" for k, t in enumerate(T)]
+    note = next(n for n in read(tmp_path, "Chrono,Depth (mm),Force (N)", back, D, F).notes if n.startswith("no time is read"))
+    assert f'but falls from "{back[N - 10]}" to "{back[N - 9]}" in line {N - 7}' in note
+    assert "two files" in note
+
+
 # ------------------------------------------------------------------------------------------------------------ which column
 
 

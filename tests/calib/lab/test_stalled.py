@@ -1,0 +1,78 @@
+"""What is told of readings that stand still while others go on, and of those that are one number at the beginning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from turning_press import observed, turning_press
+
+PRESS = turning_press()
+
+
+@pytest.mark.parametrize(("first", "last"), [(60, 65), (40, 59), (80, 98), (90, 99), (30, 36)])
+@pytest.mark.parametrize("but", ["", "capacitance"])
+def test_a_displacement_that_is_frozen_while_the_load_rises_is_left_out(
+    tmp_path: Path, first: int, last: int, but: str
+) -> None:
+    place = PRESS.columns["displacement"].copy()
+    place[first : last + 1] = place[first]
+    obs = observed(tmp_path, PRESS.columns | {"displacement": place}, but)
+    assert all("displacement stands still" in obs.reason[r] for r in range(first + 1, last + 1))
+    assert not any("stands still" in obs.reason[r] for r in (*range(first), *range(last + 2, 200)))
+    assert obs.used[first - 1]
+    assert last > 95 or obs.used[last + 2]
+
+
+@pytest.mark.parametrize("top", [0.70, 0.80])
+def test_a_displacement_at_the_end_of_its_range_is_no_hold(tmp_path: Path, top: float) -> None:
+    place = np.minimum(PRESS.columns["displacement"], top)
+    obs = observed(tmp_path, PRESS.columns | {"displacement": place}, "capacitance")
+    assert all("end of its range" in obs.reason[r] for r in np.flatnonzero(place == top))
+
+
+@pytest.mark.parametrize("hold", [5, 12, 40])
+@pytest.mark.parametrize("but", ["", "capacitance"])
+def test_a_hold_in_which_the_load_relaxes_stays_one(tmp_path: Path, hold: int, but: str) -> None:
+    obs = observed(tmp_path, turning_press(hold=hold).columns, but)
+    assert not any("stands still in" in r for r in obs.reason)
+    assert not any("stands in lines" in note for note in obs.table.notes)
+
+
+@pytest.mark.parametrize("lag", [1.0, 2.0])
+def test_a_load_that_lags_into_a_hold_freezes_no_displacement(tmp_path: Path, lag: float) -> None:
+    press = turning_press(hold=30)
+    force = press.columns["force"].copy()
+    for i in range(1, force.size):
+        force[i] = force[i - 1] + (press.columns["force"][i] - force[i - 1]) / (1 + lag)
+    obs = observed(tmp_path, press.columns | {"force": force}, "capacitance")
+    assert not any("stands still in" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("n", [25, 41, 60])
+@pytest.mark.parametrize("level", [0.0, 0.0345])
+def test_a_load_that_begins_with_a_jump_after_one_number_was_none_before(tmp_path: Path, n: int, level: float) -> None:
+    force = PRESS.columns["force"].copy()
+    force[:n] = level
+    obs = observed(tmp_path, PRESS.columns | {"force": force}, "capacitance")
+    assert all("begins with a jump" in r for r in obs.reason[:n])
+    assert any("these rows are left out" in note for note in obs.table.notes)
+    assert np.all(obs.used[n:95])
+
+
+@pytest.mark.parametrize("dead", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_load_that_is_clipped_at_zero_and_rises_without_a_jump_is_read(tmp_path: Path, dead: float, noise: float) -> None:
+    force = np.clip(5.0 * PRESS.depth**1.5 + noise * (PRESS.columns["force"] - 5.0 * PRESS.depth**1.5) - dead, 0, None)
+    force[PRESS.depth == 0] = 0.0
+    obs = observed(tmp_path, PRESS.columns | {"force": force}, "capacitance")
+    assert np.all(obs.used[:95])
+
+
+def test_a_load_that_rises_at_once_where_rows_were_not_written_is_read(tmp_path: Path) -> None:
+    kept = np.r_[0:9, 26:200]
+    force = np.where(np.arange(200) < 9, 0.0, PRESS.columns["force"])
+    columns = {q: v[kept] for q, v in (PRESS.columns | {"force": force}).items()}
+    obs = observed(tmp_path, columns, "capacitance")
+    assert not any("begins with a jump" in r for r in obs.reason)
