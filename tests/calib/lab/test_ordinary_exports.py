@@ -338,6 +338,7 @@ def test_a_row_of_dashes_below_the_names_is_none(tmp_path: Path) -> None:
 def test_units_and_names_as_gauges_comments_and_loggers_write_them(tmp_path: Path, header: str, factor: float) -> None:
     table = read_written(tmp_path, [header, *(f"{t:.2f};{d:.4f};{f:.4f}" for t, d, f in PRESS)])
     np.testing.assert_allclose(table.columns["displacement"], [factor * d for _, d, _ in PRESS], atol=1e-4 * factor)
+    assert any("numbers of 1/100 mm" in note for note in table.notes) == ("1/100" in header)
     np.testing.assert_allclose(table.columns["force"], [f for _, _, f in PRESS], atol=1e-4)
 
 
