@@ -498,8 +498,9 @@ def _unit_of(quantity: str, written: Sequence[str], unit_below: str) -> tuple[st
             units[-1] if units else None,
             f'the factor "{factors[0]}" in its name: the readings may have been multiplied by it, or have to be ({shown})',
         )
-    # A letter such as A or C beside a unit is no second unit, anything else is.
-    others = [b for b in written if b and looks_like_unit(b) and b not in units and not is_letter(b) and not is_wiring(b)]
+    # A letter such as A or C beside a unit is no second unit, anything else is; F, the sign of a force, too, is the farad.
+    others = [b for b in written if b and looks_like_unit(b) and b not in units and not is_wiring(b)]
+    others = [b for b in others if not is_letter(b) or (b == "F" and quantity in ("time", "displacement"))]
     others = [b for b in others if b not in ("-", "1", "#", "x") and not no_record(b)]
     if others and (units or own):
         return (units[-1] if units else None), f'two units, "{others[0]}" and "{(units or [own])[-1]}"'

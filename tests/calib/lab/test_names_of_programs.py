@@ -186,3 +186,13 @@ def test_a_number_with_a_unit_in_the_place_of_one_is_asked_about_as_both(tmp_pat
     with pytest.raises(InputError, match="may be what one count stands for, or how far the instrument reaches") as error:
         read(tmp_path, f"Time (s);Displacement (mm);{name}", TIME, DEPTH, FORCE)
     assert f'--units "{said}"' in str(error.value)
+
+
+def test_a_farad_beside_a_second_is_a_second_unit_and_the_sign_of_a_force_none() -> None:
+    for name in ("Epoch (F) (s)", "Weg (F) [mm]"):
+        found = understand(name)
+        assert found is not None
+        assert found.unit_doubt
+    plain = understand("Kraft (F) [N]")
+    assert plain is not None
+    assert not plain.unit_doubt
