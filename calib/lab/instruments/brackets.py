@@ -91,6 +91,8 @@ _OVER_POWER = re.compile(
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
+#: Letters of a name that may be understood.
+LONGEST = 120
 # "C" and "F" are units too, as are "A" and "V".
 _LETTER = re.compile(r"[A-H]")
 
@@ -105,6 +107,8 @@ def tidy(cell: str) -> str:
     >>> tidy("Displacement.mm"), tidy("101 <Force> (N)"), tidy("Load.A")
     ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
     """
+    if len(cell) > LONGEST:
+        return cell
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = usual_case(_FOOTNOTE.sub("", cell))
     if small := unit_of_small_letters(cell):

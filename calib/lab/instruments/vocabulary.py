@@ -10,6 +10,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
+    LONGEST,
     factor_in,
     index_in,
     is_factor,
@@ -52,7 +53,6 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\||\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
 # Words that are units within brackets only: of plain numbers, and centiseconds, which are a series capacitance, too.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles", "cs")
-_LONGEST = 120
 # Letters of a name that may be the beginning of a longer one.
 _CUT = 9
 _APART = " ,;:/"
@@ -286,7 +286,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
 @lru_cache(maxsize=4096)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
-    if len(cell) > _LONGEST:
+    if len(cell) > LONGEST:
         return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'

@@ -9,6 +9,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab.instruments.brackets import tidy
 from calib.lab.instruments.vocabulary import understand
 
 N = 60
@@ -196,3 +197,9 @@ def test_a_farad_beside_a_second_is_a_second_unit_and_the_sign_of_a_force_none()
     plain = understand("Kraft (F) [N]")
     assert plain is not None
     assert not plain.unit_doubt
+
+
+def test_a_cell_longer_than_any_name_is_left_as_it_is() -> None:
+    for cell in ("Load" + " " * 20_000 + "(N)", "Load / 1e-3 " + "N" * 20_000):
+        assert tidy(cell) == cell
+        assert understand(cell) is None
