@@ -100,7 +100,7 @@ def _say_received(received: Received, n_wrong: int) -> None:
     """Say what a certificate without its run is, what cannot be told of it, and the sum of it all."""
     n = len(received.findings)
     if n_wrong:
-        say(f"Not as written: {n_wrong} of {n} files. Do not rely on any of them.")
+        say(f"Not as written: {n_wrong} of {n} files: do not rely on any of them.")
         return
     say(f"It says that it is: {received.says}.")
     for what in received.untold:
