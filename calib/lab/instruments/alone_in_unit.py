@@ -10,10 +10,9 @@ from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE, STEP_TIM
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.together import unit_in
-from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, looks_like_unit
+from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
 
-_QUANTITIES = ("time", "displacement", "force", "capacitance")
 # One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage") and the penetration depth and the
 # unknown capacitance of some instruments; a number tells one of several, and a Greek letter a change.
 _WORDS = re.compile(
@@ -44,23 +43,21 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
     ({}, {})
     """
     columns = list(zip(names, below, strict=True))
-    units = [unit or unit_in(name) or (name if _is_unit(name) else "") for name, unit in columns]
+    units = [
+        unit or unit_in(name) or (name if is_unit_of_a_record(name) and not is_mass(name) else "") for name, unit in columns
+    ]
     plain = [understand(name, unit) or as_a_record(name, unit) if name else None for name, unit in columns]
     named = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in plain if h is not None}
     found: dict[int, Heading] = {}
-    for quantity in _QUANTITIES:
+    for quantity in RECORDED:
         of_unit = [i for i, unit in enumerate(units) if unit and is_unit_of(unit, quantity)]
         if quantity in named or len(of_unit) != 1 or not _says_nothing(*columns[of_unit[0]], units[of_unit[0]], quantity):
             continue
         (index,) = of_unit
         own = None if below[index] else units[index]
         found[index] = Heading(quantity, 4 * PLAIN, " ".join(words_in(names[index])), own)
-    there = {h.quantity for h in found.values()} | (named & set(_QUANTITIES))
+    there = {h.quantity for h in found.values()} | (named & set(RECORDED))
     return found if len(there) > 1 and there != {"time"} else {}
-
-
-def _is_unit(name: str) -> bool:
-    return any(is_unit_of(name, quantity) for quantity in _QUANTITIES) and not is_mass(name)
 
 
 def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:

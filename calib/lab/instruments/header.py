@@ -16,7 +16,7 @@ from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, looks_like_unit
+from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
@@ -137,8 +137,8 @@ def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], deli
     Units alone are no names where a line of names stands above or below, be one missing, or readings above.
     """
     below, above = (
-        split_line(next((line for line in others if line.strip(f" \t{delimiter}")), ""), delimiter)
-        for others in (lines[index + 1 :], reversed(lines[:index]))
+        split_line(next((lines[k] for k in others if lines[k].strip(f" \t{delimiter}")), ""), delimiter)
+        for others in (range(index + 1, len(lines)), range(index - 1, -1, -1))
     )
     if any(map(_unit_alone, cells)):
         of_words = (sum(bool(c) and not _is_reading(c) for c in beside) for beside in (above, below))
@@ -151,7 +151,7 @@ def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], deli
 def _unit_alone(cell: str) -> str:
     """The unit that is all of a cell, in brackets or not; "" if it is none."""
     unit = cell.strip(" ()[]")
-    return unit if any(is_unit_of(unit, quantity) for quantity in ("time", "displacement", "force", "capacitance")) else ""
+    return unit if is_unit_of_a_record(unit) else ""
 
 
 def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter: str) -> bool:
@@ -239,8 +239,9 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
 def _are_counted(lines: Sequence[str], width: int) -> bool:
     """Whether lines are rows of numbers between blanks, so many in each, the first counting them, as pandas prints a table."""
     rows = [line.split() for line in lines if line.strip()]
-    counts = [int(row[0]) for row in rows if len(row) == width and row[0].isdecimal()]
-    return len(rows) > 2 and counts == list(range(counts[0] if counts else 0, len(rows) + (counts[0] if counts else 0)))
+    if len(rows) < 3 or not all(len(row) == width and row[0].isdecimal() for row in rows):
+        return False
+    return all(int(after[0]) == int(before[0]) + 1 for before, after in pairwise(rows))
 
 
 def _are_as_wide(lines: Sequence[str], width: int, mark: str) -> bool:
@@ -483,7 +484,7 @@ def _named(name: str, unit: str) -> Heading | None:
 
 def _listed_units(units: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Quantity and unit of units that stand without names, of those that are of one quantity each."""
-    for quantity in ("time", "displacement", "force", "capacitance"):
+    for quantity in RECORDED:
         own = {unit for unit in units if is_unit_of(unit, quantity)}
         if len(own) == 1:
             yield quantity, own.pop()

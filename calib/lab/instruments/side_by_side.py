@@ -16,6 +16,7 @@ from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.unit_choice import unit_of_column, written_unit
+from calib.lab.instruments.units import RECORDED
 from calib.lab.instruments.vocabulary import Heading, without_run
 
 # Rows of numbers by which it is seen which columns hold them.
@@ -134,7 +135,7 @@ def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Headin
                 sheet.header_line,
                 nameless[0] + 1,
                 advice="Name them in the header, or say which columns are meant by their numbers: "
-                + " ".join(f'--columns "{h.quantity}={i + 1}"' for i, h in found.items() if h.quantity in _ASKED),
+                + " ".join(f'--columns "{h.quantity}={i + 1}"' for i, h in found.items() if h.quantity in RECORDED),
             )
         )
     names, units = list(sheet.names), [sheet.unit_below(i) for i in range(len(sheet.names))]
@@ -174,9 +175,6 @@ def _in_two_units(
         known = all(fault is None for fault, _ in units) and not stands_still(first)
         agree |= known and all(difference(first, other)[0] == "same" for other in others)
     return agree
-
-
-_ASKED = ("time", "displacement", "force", "capacitance")
 
 
 def _go_on(sheet: Sheet, found: Mapping[int, Heading], own: Sequence[int], nameless: Sequence[int]) -> bool:

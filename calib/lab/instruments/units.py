@@ -12,6 +12,9 @@ from types import MappingProxyType
 
 from calib.quantity import unit_factor
 
+#: What a record holds, by the names of the quantities.
+RECORDED = ("time", "displacement", "force", "capacitance")
+
 #: Quantity -> SI unit. `capacitance_series` becomes `capacitance` once the dissipation is known, `quality` is its inverse;
 #: `status` is text.
 SI_UNIT: Mapping[str, str] = MappingProxyType(
@@ -397,6 +400,16 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def is_unit_of_a_record(unit: str) -> bool:
+    """Whether a word is a known spelling of a unit of what a record holds: a time, a displacement, a force or a capacitance.
+
+    Parameters
+    ----------
+    unit : as written.
+    """
+    return any(is_unit_of(unit, quantity) for quantity in RECORDED)
 
 
 #: Units of languages that set no blanks between words, the longest first: to be found within a sentence.

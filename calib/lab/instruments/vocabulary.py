@@ -29,7 +29,7 @@ from calib.lab.instruments.brackets import (
 )
 from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
-from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
+from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
@@ -97,7 +97,6 @@ _SPELLED_UNIT = re.compile(
     r"[a-z]+m[eéè]t(?:er|re|ro|ri)s?|microns|inches",
     re.IGNORECASE,
 )
-_SPELLED_QUANTITIES = ("time", "displacement", "force", "capacitance")
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
@@ -373,7 +372,7 @@ def spelled_unit(cell: str) -> tuple[str, str] | None:
     """
     if _SPELLED_UNIT.fullmatch(cell) is None:
         return None
-    return next(((q, u) for u in (cell, cell.lower()) for q in _SPELLED_QUANTITIES if is_unit_of(u, q)), None)
+    return next(((q, u) for u in (cell, cell.lower()) for q in RECORDED if is_unit_of(u, q)), None)
 
 
 def _cut_name(name: str, units: Sequence[str]) -> str:
