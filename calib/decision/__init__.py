@@ -46,7 +46,7 @@ from calib.decision.requirement import Requirement
 from calib.decision.retreat import RetreatBand, Retreats
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
-from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
+from calib.decision.views import LIMITED_HERE, PLACE, Landscape, View, landscape
 from calib.decision.words import percent, spans_in_words, void_in_words
 
 __all__ = [
@@ -55,6 +55,7 @@ __all__ = [
     "LEVEL",
     "LIMITED_HERE",
     "N_ROW",
+    "PLACE",
     "WIDTH_IN_SD",
     "AsBuilt",
     "Batch",

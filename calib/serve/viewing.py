@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from calib.decision import Landscape, View, force_exceeded, landscape, largest_force, spans_in_words
+from calib.decision import PLACE, Landscape, View, force_exceeded, landscape, largest_force, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Limit, Limited, Side, quoted_text
 from calib.files import sha256_of
@@ -22,12 +22,8 @@ from models.sensor import FloatArray
 _RUNS, _LANDSCAPES = Kept(3), Kept(4)
 _ONE = threading.Lock()
 
-#: From one place of the slider of paddings to the next [m].
-PADDING_STEP = 0.05e-3
 # How often the range of the slider may be doubled.
 _DOUBLED = 5
-# What is tabulated there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
-_BEYOND = {"n_thickness": 73, "n_load": 129}
 
 _T = TypeVar("_T")
 
@@ -77,9 +73,8 @@ def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscap
     key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), force, lower, upper)
 
     def made() -> Landscape:
-        fine = _BEYOND if force > largest_load(run) else {}
         return landscape(
-            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members, **fine
+            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members
         )
 
     return _one_at_a_time(_LANDSCAPES, key, made)
@@ -211,7 +206,7 @@ def view_plain(land: Landscape, view: View, limits: Sequence[Limit]) -> dict[str
 
     first, last = float(view.thickness[0]), float(view.thickness[-1])
     # At every place of the slider: what is said of a padding is said of that very one.
-    each = land.verdicts(view, np.linspace(first, last, round((last - first) / PADDING_STEP) + 1))
+    each = land.verdicts(view, np.linspace(first, last, round((last - first) / PLACE) + 1))
     one = [None if x != x else round(x, 4) for x in view.conforming.tolist()]
     return {
         "force": view.force,
@@ -226,7 +221,7 @@ def view_plain(land: Landscape, view: View, limits: Sequence[Limit]) -> dict[str
         "limits": [limit.in_words for limit in limits],
         "fails": plain(view.fails, 1.0),
         "colour": [verdict.colour for verdict in view.verdict],
-        "step": PADDING_STEP * 1e3,
+        "step": PLACE * 1e3,
         "light": [verdict.colour for verdict in each],
         "reason": [next((r.in_words for r in verdict.reasons), "") for verdict in each],
     }

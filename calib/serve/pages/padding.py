@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from calib.decision import Recommendation, Requirement, largest_force
+from calib.decision import PLACE, Recommendation, Requirement, largest_force
 from calib.errors import Fault, InputError
 from calib.experiment import Specification, read_specification
 from calib.files import write_text
@@ -57,7 +57,7 @@ def _look(folder: Path, name: str) -> dict[str, Any]:
         "step": step,
         "force": force,
         "upper": _UPPER * 1e3,
-        "padding_step": viewing.PADDING_STEP * 1e3,
+        "padding_step": PLACE * 1e3,
         "at": 5.0 if known is None else round(known.best * 1e3, 2),
         "measured": largest_force(run.posterior),
         "verdict": run.verdict,

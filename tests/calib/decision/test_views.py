@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.decision import Landscape, Requirement, landscape, recommend
+from calib.decision import PLACE, Landscape, Requirement, landscape, recommend
 from calib.digits import span_text
 from calib.errors import InputError
 from calib.experiment import Limit
@@ -28,13 +28,15 @@ def test_bands_are_those_of_the_advice(land: Landscape, make_posterior: Callable
     wanted = Requirement(force=force, lower=0.0, upper=4e-3, n_thickness=17, n_draw=300)
     advice = recommend(make_posterior(), ClosedForm(), wanted, seed=1)
     view = land.view(force)
-    both = view.covered & advice.covered
+    here = np.isin(view.thickness, advice.thickness) & view.covered
+    both = np.isin(advice.thickness, view.thickness[here]) & advice.covered
+    assert np.array_equal(view.thickness[here], advice.thickness[both])
     assert np.sum(both) >= 15
-    np.testing.assert_allclose(view.depth[:, both], advice.depth[:, both], rtol=1e-3)
-    np.testing.assert_allclose(view.resolution[:, both], advice.resolution[:, both], rtol=0.02)
-    width = advice.change[4] - advice.change[0]
-    assert np.all(np.abs(view.change[2] - advice.change[2])[both] < 0.1 * width[both])
-    assert np.all(np.abs((view.change[4] - view.change[0]) / width - 1)[both] < 0.2)
+    np.testing.assert_allclose(view.depth[:, here], advice.depth[:, both], rtol=1e-3)
+    np.testing.assert_allclose(view.resolution[:, here], advice.resolution[:, both], rtol=0.02)
+    width = (advice.change[4] - advice.change[0])[both]
+    assert np.all(np.abs(view.change[2, here] - advice.change[2, both]) < 0.1 * width)
+    assert np.all(np.abs((view.change[4] - view.change[0])[here] / width - 1) < 0.2)
 
 
 def test_what_is_tighter_is_kept_less_often(land: Landscape) -> None:
@@ -96,6 +98,34 @@ def test_no_press_is_advised_that_the_model_does_not_cover(make_posterior: Calla
     less = land.view(float(np.floor(10 * land.reach[thin]) / 10))
     assert less.covered[thin]
     assert [reason.action.split()[0] for reason in less.verdict[thin].reasons] == ["Press"]
+
+
+@pytest.mark.parametrize("load", [26.0, 30.0, 41.0, 52.0])
+def test_what_is_covered_begins_and_ends_where_the_advice_has_it(make_posterior: Callable[..., Posterior], load: float) -> None:
+    land = landscape(make_posterior(), ClosedForm(), force=60.0, lower=0.0, upper=9e-3)
+    view = land.view(load)
+    n_place = round(9e-3 / PLACE) + 1
+    advice = recommend(make_posterior(), ClosedForm(), Requirement(load, 0.0, 9e-3, n_thickness=n_place, n_draw=300), seed=1)
+    ends, asked = (at.thickness[at.covered][[0, -1]] for at in (view, advice))
+    assert not np.all(advice.covered)
+    np.testing.assert_allclose(ends, asked, atol=1.01 * PLACE)
+    # The curves go there, with the bands of the advice.
+    for end in (0, -1):
+        here = int(np.flatnonzero(view.covered)[end])
+        there = int(np.argmin(np.abs(advice.thickness - view.thickness[here])))
+        np.testing.assert_allclose(view.depth[:, here], advice.depth[:, there], rtol=2e-3)
+
+
+def test_a_draw_that_does_not_carry_the_next_load_of_the_table_carries_those_below(
+    make_posterior: Callable[..., Posterior],
+) -> None:
+    few, many = (
+        landscape(make_posterior(), ClosedForm(), force=60.0, lower=0.0, upper=9e-3, n_load=n).view(_LOAD) for n in (9, 129)
+    )
+    assert np.array_equal(few.thickness, many.thickness)
+    assert np.array_equal(few.covered, many.covered)
+    np.testing.assert_allclose(few.change[2][few.covered], many.change[2][many.covered], rtol=0.02)
+    assert np.array_equal(np.isfinite(few.change[0]), few.covered)
 
 
 def test_what_is_said_of_a_padding_between_those_that_are_tabulated_names_that_padding(

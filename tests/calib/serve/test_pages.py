@@ -14,13 +14,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from letting_in import SCRIPT, Work, let_in
 from small_lab import EXPERIMENT, write_lab, write_press
 from small_run import make_lab, quick
 from starlette.testclient import TestClient
 
-from calib.decision import largest_force
+from calib.decision import Requirement, largest_force, recommend
 from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
 from calib.runs import load_run, run_state, verify
@@ -587,7 +588,7 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
     assert 'type="range"' in built.page.get("/padding/look?name=run").text
     assert "/padding/look?name=run" in built.page.get("/padding").text
     low, high = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (1, 4))
-    assert len(low["thickness"]) == len(low["signal"][2]) == 37
+    assert len(low["thickness"]) == len(low["signal"][2]) == 73
     middle = [(a, b) for a, b in zip(low["signal"][2], high["signal"][2], strict=True) if a is not None and b is not None]
     assert middle
     assert all(a < b for a, b in middle)
@@ -621,13 +622,33 @@ def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Wo
     near, same = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (most, most * 1.0001))
     assert same["most"] == 2 * most
     assert same["spans"]
-    for low, a, high in zip(near["signal"][0], same["signal"][2][::2], near["signal"][4], strict=True):
-        assert a is None or low is None or low < a < high
+    there = dict(zip(same["thickness"], same["signal"][2], strict=True))
+    both = [
+        (low, there[h], high)
+        for h, low, high in zip(near["thickness"], near["signal"][0], near["signal"][4], strict=True)
+        if low is not None and there.get(h) is not None
+    ]
+    assert len(both) > 20
+    assert all(low < a < high for low, a, high in both)
     # What lies too far is refused with how far that is, and what to do.
     answer = built.page.get("/padding/view?name=run&force=1e9 N", headers=SCRIPT)
     assert answer.status_code == 422
     assert "times what was measured" in answer.json()["faults"][0]
     assert "press a sensor that far" in answer.json()["faults"][0]
+
+
+def test_page_and_report_say_alike_which_paddings_carry_a_load(built: Work) -> None:
+    run = load_run(built.space.folder / "run")
+    most = json.loads(built.page.get("/padding/view?name=run&force=1 N").text)["most"]
+    partly = 0
+    for force in (most, 2 * most, 2.9 * most):
+        seen = built.page.get(f"/padding/view?name=run&force={force} N").json()
+        own = [h for h, covered in zip(seen["thickness"], seen["covered"], strict=True) if covered]
+        advice = recommend(run.posterior, run.forward, Requirement(force, 0.0, 9e-3, n_thickness=181, n_draw=300), seed=1)
+        told = advice.thickness[advice.covered] * 1e3
+        assert [own[0], own[-1]] == pytest.approx([told[0], told[-1]], abs=1.01 * seen["step"])
+        partly += not np.all(advice.covered)
+    assert partly
 
 
 @pytest.mark.parametrize("asked", ["force=5", "force=1e9 N", "signal=-3 %", "stroke=x", "tolerance=-1 mm"])
