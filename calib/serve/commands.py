@@ -80,6 +80,32 @@ def resuming(space: Workspace, form: Mapping[str, str]) -> list[str]:
     return [*calibrating(space, asked, experiment), "--resume"]
 
 
+def after_cancel(words: Sequence[str]) -> list[str]:
+    """The words of the command that goes on where one was cancelled: the same, a calibration with `--resume`.
+
+    >>> after_cancel(["calib", "calibrate", "experiment.toml", "-o", "run1"])
+    ['calibrate', 'experiment.toml', '-o', 'run1', '--resume']
+
+    Parameters
+    ----------
+    words : of the command, `calib` first.
+    """
+    return [*words[1:], *(["--resume"] if "calibrate" in words[1:2] and "--resume" not in words else [])]
+
+
+def drafting(space: Workspace, files: Sequence[str], output: str) -> list[str]:
+    """The words of the command that writes a first experiment from lab files, with what was said of them.
+
+    Parameters
+    ----------
+    space : the folder.
+    files : names of files and folders in it.
+    output : name of what is written.
+    """
+    said = ["--said", space.readings.name] if space.readings.is_file() else []
+    return ["init", *files, *said, "-o", output]
+
+
 def reading_command(name: str, said: Said) -> str:
     """The command that shows what is understood of a lab file.
 

@@ -11,7 +11,7 @@ from starlette.routing import Route
 
 from calib.errors import Fault, InputError
 from calib.serve import adding, looking
-from calib.serve.commands import reading_command, typed
+from calib.serve.commands import drafting, reading_command, typed
 from calib.serve.offering import offer
 from calib.serve.page import elsewhere, form_of, in_words, query_of, shown, space_of, working, writing
 
@@ -41,6 +41,7 @@ def _page(request: Request, form: Mapping[str, str], faults: tuple[Fault, ...], 
     offered = offer(space, form.get("name", ""), form.get("partner"))
     understood = offered.found.observations
     assert understood is not None
+    files = [name for name in (offered.found.name, offered.partner) if name]
     chosen = f"{adding.OF}{offered.specimen}" if offered.specimen else ""
     usual = {"specimen": offered.name, "press": offered.press, "first": "press 1", "of": chosen}
     values: dict[str, Any] = {"form": {**usual, **form}, "wrong": in_words(faults, space)}
@@ -53,8 +54,12 @@ def _page(request: Request, form: Mapping[str, str], faults: tuple[Fault, ...], 
         grades=[g for g in looking.grades(space, understood) if g[0] != "good"],
         tie_faults=in_words(offered.faults, space),
         columns=looking.columns_of(understood),
-        read=reading_command(offered.found.name, offered.found.said),
-        check=typed(["check", space.experiment.name]),
+        experiment=space.experiment.name,
+        commands=[
+            reading_command(offered.found.name, offered.found.said),
+            typed(drafting(space, files, space.free_name("more", ".toml"))),
+            typed(["check", space.experiment.name]),
+        ],
         new=adding.NEW,
         of=adding.OF,
         **values,

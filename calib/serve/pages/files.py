@@ -11,7 +11,7 @@ from calib.experiment import Said, experiment_text, look_through, pair
 from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
 from calib.serve.beginning import experiments_in, put_example, use_experiment
-from calib.serve.commands import reading_command, typed
+from calib.serve.commands import drafting, reading_command, typed
 from calib.serve.page import address, answered, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
 from calib.serve.workspace import LARGEST_UPLOAD, Workspace
 
@@ -45,7 +45,7 @@ async def files(request: Request) -> Response:
         offered=await working(experiments_in, space),
         specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,
         most=LARGEST_UPLOAD // 1_000_000,
-        command=typed(_draft_words(space)),
+        command=typed(drafting(space, _tops(space.lab_files()), space.experiment.name)),
     )
 
 
@@ -210,11 +210,6 @@ def _draft(space: Workspace) -> None:
 def _tops(names: list[str]) -> list[str]:
     """What stands for all lab files on a command line: the folders that hold them, and files beside these."""
     return list(dict.fromkeys(name.split("/")[0] for name in names))
-
-
-def _draft_words(space: Workspace) -> list[str]:
-    said = ["--said", space.readings.name] if space.readings.is_file() else []
-    return ["init", *_tops(space.lab_files()), *said, "-o", space.experiment.name]
 
 
 ROUTES = (

@@ -19,7 +19,7 @@ from calib.errors import Fault, InputError
 from calib.report import any_letters, difference_figure, pair_rows, parameter_rows, status_in_words
 from calib.runs import CERTIFICATES, RESULTS, diff_runs, run_state, verify
 from calib.serve import jobs, viewing
-from calib.serve.commands import BUDGET, resuming, typed
+from calib.serve.commands import BUDGET, after_cancel, resuming, typed
 from calib.serve.looking import DRAWING
 from calib.serve.packing import packed
 from calib.serve.page import answered, elsewhere, keys_of, lists_of, part, query_of, shown, space_of, working
@@ -127,6 +127,8 @@ async def run(request: Request) -> Response:
         command=job.command if job is not None and (job.alive or not state.command) else state.command,
         budget=BUDGET,
         resuming=typed(await working(resuming, space, {"name": name, "budget": BUDGET})) if state.condition != "none" else "",
+        again="" if job is None else typed(after_cancel(job.words)),
+        resumes=job is not None and "calibrate" in job.words[1:2],
         refused=job if job is not None and job.refused and state.condition == "finished" and not alive else None,
     )
 

@@ -394,6 +394,8 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
     under_way = later.get("/run?name=run1").text
     assert '<button type="submit" class="quiet">Cancel</button>' in under_way
     assert "It is being made by:" in under_way
+    assert "Ctrl+C in the terminal of a calibration cancels it" in under_way
+    assert f'<code id="again-command">{command} --resume</code>' in _in_one(under_way)
     until(lambda: run_state(space.folder / "run1").last is not None)
     state = run_state(space.folder / "run1")
     assert state.condition == "running"
@@ -402,7 +404,9 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
     until(lambda: later.get("/run/progress?name=run1").headers["x-alive"] == "no")
     assert run_state(space.folder / "run1").condition == "stopped"
     assert "Stopped" in later.get("/run/progress?name=run1").text
-    assert "Resume" in later.get("/run?name=run1").text
+    stopped = later.get("/run?name=run1").text
+    assert "Resume" in stopped
+    assert "Ctrl+C" not in stopped
     assert later.post("/calibrate/cancel", data={"name": "run1"}).status_code == 422
     assert [child.wait() for child in begun.values()] == [143]
 
@@ -558,6 +562,17 @@ def test_a_calibration_that_is_gone_on_with_shows_the_command_that_goes_on(
     shown = _in_one(finished.page.get("/run?name=stopped").text)
     assert "It is being made by:" in shown
     assert "calib calibrate experiment.toml -o stopped --budget 5 --resume" in shown
+    assert "--resume --resume" not in shown
+
+
+def test_an_average_that_goes_on_says_how_it_is_cancelled_and_begun_again(
+    finished: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    going = jobs.Job("stopped", ("calib", "average", "one", "two", "-o", "stopped"), 1, "now", "", alive=True)
+    monkeypatch.setattr("calib.serve.jobs.job_of", lambda space, name: going)
+    shown = _in_one(finished.page.get("/run?name=stopped").text)
+    assert "Ctrl+C in its terminal cancels it" in shown
+    assert '<code id="again-command">calib average one two -o stopped</code>' in shown
 
 
 def test_the_folder_of_a_run_opens_the_page_with_that_run(finished: Work) -> None:
