@@ -71,7 +71,7 @@ def _say(found: Check, path: Path) -> None:
     budget = budget_for(found.seconds)
     if found.seconds is not None:
         low, high = (duration_in_words(seconds) for seconds in found.seconds)
-        text = f"A calibration will take about {low} to {high}."
+        text = f"A calibration will take about {low} to {high} on this machine if nothing else runs on it."
         if budget is not None:
             text += f" Its budget is {BUDGET:g} min unless --budget says otherwise; --resume goes on where it ended."
         say(text)

@@ -51,6 +51,7 @@ def test_a_sound_experiment_is_green_and_nothing_is_written(lab: Path) -> None:
     assert head.startswith("Green")
     assert rest[-1] == f"Next: calib calibrate {lab / 'experiment.toml'} -o RUN"
     assert rest[-2].startswith("A calibration will take about")
+    assert rest[-2].endswith(" on this machine if nothing else runs on it.")
     assert any(line.split()[:1] == ["young_modulus"] and "settled by the data" in line for line in rest)
     assert sorted(lab.rglob("*")) == before
 

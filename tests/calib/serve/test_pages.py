@@ -369,6 +369,7 @@ def test_the_check_says_what_the_command_says(page: TestClient, space: Workspace
     assert "calib check experiment.toml" in _in_one(page.get("/check").text)
     found = page.get("/check/found", headers={"X-Part": "1"})
     assert "What the data will tell" in found.text
+    assert re.search(r"A calibration will take about [^.<]* on this machine if nothing else runs on it\.", found.text)
     assert 'class="level' in page.get("/check/light").text
     put(page, ["indenter", "radius"], value="5")
     refused = page.get("/check/light", headers={"X-Part": "1"})
