@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,6 +22,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 from matplotlib.text import Text
+from PIL import Image
+from sheets import filled
 
 from calib.catalogue import QUANTITIES
 from calib.checks import Reason, verdict_of
@@ -129,15 +133,21 @@ def page_with_next_steps(make_posterior: MakePosterior) -> str:
     return _sheets_page(posterior, (), replace_advice=True)
 
 
-def _sheets_page(posterior: Posterior, reasons: Sequence[Reason], *, replace_advice: bool = False) -> str:
-    """A page whose pictures are blank, with an advice beyond the data and the reasons that are given."""
+def _sheets_page(
+    posterior: Posterior, reasons: Sequence[Reason], *, replace_advice: bool = False, as_large: bool = False
+) -> str:
+    """A page whose pictures are blank, with an advice beyond the data and the reasons that are given.
+
+    Pictures are of one size, or each as large as it is.
+    """
     limits = (Limit("signal", "at_least", 0.05),)
     spec = Specification(limits, (8.0,), upper=4e-3, steps=3, n_draw=50, modulus_spread=0.1)
     wanted = Requirement(8.0, 0.0, 4e-3, n_thickness=13, n_draw=50)
     advice = recommend_for(posterior, ClosedForm(), spec if replace_advice else wanted, seed=1, verdict=verdict_of(reasons))
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     blank = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' width='460' height='430'%3E%3C/svg%3E"
-    drawings = {name: lambda: blank for name in plots_of_report(posterior, predictions, advice)}
+    plots = plots_of_report(posterior, predictions, advice)
+    drawings = {name: partial(_blank, plot) if as_large else lambda: blank for name, plot in plots.items()}
     some = (ShortMeasurement("press it once more", "modulus ±1 % instead of ±2 %", 0.28, 1.1, 15.0),)
     return report_page(
         posterior,
@@ -148,6 +158,14 @@ def _sheets_page(posterior: Posterior, reasons: Sequence[Reason], *, replace_adv
         drawings=drawings,
         next_steps=NextInShort("modulus", "Young's modulus", "It is known to 2 %.", some),
     )
+
+
+def _blank(plot: Plot) -> str:
+    """A picture with nothing on it, as large as that of a plot."""
+    width, height = (round(96 * inches) for inches in plot.figure().get_size_inches())
+    buffer = io.BytesIO()
+    Image.new("L", (width, height), 255).save(buffer, format="png")
+    return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
 def test_the_style_sheet_is_understood_here() -> None:
@@ -364,6 +382,16 @@ def test_a_browser_shows_the_page_as_wide_as_a_phone_and_prints_it_on_sheets_of_
     sheets = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
     assert {(round(float(w)), round(float(h))) for w, h in sheets} == {(595, 842)}
     assert 4 <= len(sheets) <= 12
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
+@pytest.mark.parametrize("n_specimen", [1, 2])
+def test_no_sheet_but_the_last_is_left_half_empty(make_posterior: MakePosterior, tmp_path: Path, n_specimen: int) -> None:
+    page = _sheets_page(make_posterior(n_specimen=n_specimen), REASONS[:1], replace_advice=n_specimen == 1, as_large=True)
+    n_sheet = _sheets(page, tmp_path)
+    shares = filled((tmp_path / "page.pdf").read_bytes())
+    assert len(shares) == n_sheet > 4
+    assert min(shares[:-1]) > 0.5, shares
 
 
 # As long as reasons are.
