@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
     from calib.report.deformed.revolved import revolved_figure, revolved_picture
+    from calib.report.environment import template_text
     from calib.report.figures.batch import batch_figure
     from calib.report.figures.difference import difference_figure
     from calib.report.figures.lab_file import file_figure
@@ -119,6 +120,7 @@ __all__ = [
     "status_in_words",
     "summary_csv",
     "summary_json",
+    "template_text",
     "trace_figure",
     "weighting_in_words",
     "write_figure",
@@ -152,6 +154,7 @@ __getattr__ = on_demand(
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),
         ".deformed.revolved": ("revolved_figure", "revolved_picture"),
+        ".environment": ("template_text",),
         ".figures.batch": ("batch_figure",),
         ".figures.difference": ("difference_figure",),
         ".figures.lab_file": ("file_figure",),

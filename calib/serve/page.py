@@ -18,6 +18,7 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 
 from calib.errors import Fault, InputError, in_shell
 from calib.hypertext import sentence
+from calib.report import template_text
 from calib.runs import PageError
 from calib.serve.keys import Keys
 from calib.serve.workspace import Workspace
@@ -340,5 +341,6 @@ def _templates() -> jinja2.Environment:
 
 @cache
 def static(name: str) -> bytes:
-    """The page's own style and script, by name."""
-    return (resources.files("calib.serve") / "static" / name).read_bytes()
+    """The page's own style and script, by name; tables that are too wide move in their boxes as in the report."""
+    own = (resources.files("calib.serve") / "static" / name).read_bytes()
+    return template_text("scroll.css").encode() + own if name == "serve.css" else own

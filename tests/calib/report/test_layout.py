@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html.parser import HTMLParser
-from importlib import resources
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -42,6 +41,7 @@ from calib.report import (
     print_page,
     prior_figure,
     report_page,
+    template_text,
 )
 from calib.report.figures.padding import beside_figure
 from calib.report.pictures import Plot
@@ -74,7 +74,7 @@ def rules(css: str) -> Iterator[Rule]:
             yield Rule("", selector.strip(), {name.strip(): value.strip() for name, value in said})
 
 
-CSS = (resources.files("calib.report") / "templates" / "page.css").read_text(encoding="utf-8")
+CSS = "".join(template_text(name) for name in ("scroll.css", "page.css"))
 OF_ELEMENTS = re.sub(r"/\*.*?\*/|^ *@page.*?$", "", CSS, flags=re.S | re.M)
 RULES = tuple(rules(OF_ELEMENTS))
 

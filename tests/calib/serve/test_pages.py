@@ -24,6 +24,7 @@ from starlette.testclient import TestClient
 from calib.decision import Requirement, largest_force, recommend
 from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
+from calib.report import template_text
 from calib.runs import load_run, run_state, verify
 from calib.sampling.posterior import Posterior
 from calib.serve import Workspace, jobs, open_workspace
@@ -684,6 +685,10 @@ def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) ->
     assert [limit.in_words for limit in wanted.limits] == ["stroke at most 0.5 mm"]
     assert (space.folder / "run" / "specification.csv").is_file()
     assert built.page.post("/padding/advise", data={"name": "run"}).status_code == 422
+
+
+def test_wide_tables_of_the_page_move_in_their_boxes_as_those_of_the_report(page: TestClient) -> None:
+    assert template_text("scroll.css") in page.get("/static/serve.css").text
 
 
 def test_a_page_without_runs_says_what_to_do_first(page: TestClient) -> None:
