@@ -79,6 +79,8 @@ _AT_HOME = (
 )
 # Width of a figure [px], colours of a picture: these keep it small. What anything on the page may take [ms].
 _WIDTH, _COLOURS, _PATIENCE = 760, 256, 600_000
+# White below an element at whose end a picture ends [px].
+_BELOW = 10
 
 
 def main() -> None:
@@ -137,7 +139,7 @@ def of_page(page: Page, site: str, folder: Path) -> None:
     page.locator("#force").fill("15 N")
     page.locator("#load-beyond .level.amber").wait_for()
     page.locator("#at").fill("5.5")
-    seen(page, "padding", 860, 780)
+    seen(page, "padding", "#charts figure", "#charts figure")
 
     calib(folder, "key", "new", "-o", "lab.key")
     page.goto(f"{site}/certificate?name=run1")
@@ -225,12 +227,15 @@ def calib(folder: Path, *words: str) -> None:
     subprocess.run([sys.executable, "-m", "calib", *words], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 
-def seen(page: Page, name: str, tall: int, tall_on_phone: int = 0) -> None:
-    """Keep the head of a page, `tall` [px] on a screen, and so much of it on a phone if that is to be kept, too."""
-    for (width, behind), height in zip(WIDTHS.items(), (tall, tall_on_phone), strict=True):
-        if height:
-            page.set_viewport_size({"width": width, "height": height})
+def seen(page: Page, name: str, tall: int | str, tall_on_phone: int | str = 0) -> None:
+    """Keep the head of a page on a screen, and on a phone if that is asked for: so many pixels, or to the end of an element."""
+    for (width, behind), end in zip(WIDTHS.items(), (tall, tall_on_phone), strict=True):
+        if end:
+            page.set_viewport_size({"width": width, "height": end if isinstance(end, int) else 900})
             page.wait_for_load_state("networkidle")
+            if isinstance(end, str):
+                bottom = page.locator(end).first.evaluate("element => element.getBoundingClientRect().bottom + window.scrollY")
+                page.set_viewport_size({"width": width, "height": int(bottom) + _BELOW})
             page.evaluate("() => { window.scrollTo(0, 0); document.activeElement.blur(); }")
             keep(Image.open(io.BytesIO(page.screenshot())), f"serve_{name}{behind}")
     page.set_viewport_size({"width": 1280, "height": 900})

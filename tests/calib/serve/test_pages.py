@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from letting_in import SCRIPT, Work, let_in
+from PIL import Image
 from small_lab import EXPERIMENT, write_lab, write_press
 from small_run import make_lab, quick
 from starlette.testclient import TestClient
@@ -652,6 +653,13 @@ def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Wo
     assert answer.status_code == 422
     assert "times what was measured" in answer.json()["faults"][0]
     assert "press a sensor that far" in answer.json()["faults"][0]
+
+
+@pytest.mark.parametrize("name", ["serve_padding.png", "serve_padding_390.png"])
+def test_the_pictures_of_the_padding_page_end_below_a_chart(name: str) -> None:
+    docs = Path(__file__).parents[3] / "docs" / "pictures"
+    below = np.asarray(Image.open(docs / name).convert("L"))[-8:]
+    assert np.all(below > 250)
 
 
 def test_page_and_report_say_alike_which_paddings_carry_a_load(built: Work) -> None:
