@@ -16,6 +16,7 @@ from calib.lab.instruments.astray import rows_astray
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
+from calib.lab.instruments.conventions import conventions
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
@@ -318,6 +319,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
         zeroed=MappingProxyType(zeros.rows),
+        conventions=conventions(sheet, values),
     )
 
 
