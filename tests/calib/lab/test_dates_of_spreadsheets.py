@@ -83,3 +83,17 @@ def test_other_words_with_figures_are_no_times(tmp_path: Path, cell: str) -> Non
 def test_a_date_that_is_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no date|no times that are understood"):
         read(tmp_path, "Time", [cell.replace("31", "32").replace("04", "13") for cell in stamps("{d:02d}. {m:02d}. {y} {t}")])
+
+
+@pytest.mark.parametrize(("name", "start"), [("JD", 2_460_371), ("MJD", 60_371), ("Serial", 45_382)])
+@pytest.mark.parametrize("unit", ["d", "day"])
+def test_days_of_a_calendar_are_read_in_the_unit_of_days(tmp_path: Path, name: str, start: int, unit: str) -> None:
+    cells = [f"{start + 0.1 * i / 86_400:.12f}" for i in range(N)]
+    table = read(tmp_path, name, cells, Reading(columns={"time": name}, units={"time": unit}))
+    np.testing.assert_allclose(table.columns["time"] - table.columns["time"][0], 0.1 * np.arange(N), atol=1e-3)
+
+
+@pytest.mark.parametrize(("start", "unit"), [(2_460_371.25, "day"), (45_382.25, "day"), (12.0, "s")])
+def test_the_note_on_a_column_that_may_be_the_time_names_the_unit_that_works(tmp_path: Path, start: float, unit: str) -> None:
+    table = read(tmp_path, "Serial", [f"{start + 0.1 * i / 86_400:.12f}" for i in range(N)])
+    assert any(f"--columns time=Serial --units time={unit}" in note for note in table.notes)
