@@ -13,12 +13,15 @@ _TAIL = re.compile(r"(?P<name>.+?)(?:[._:]\d{1,2}|_duplicated_\d{1,2}|(?<=[)\]])
 # Of each of them the number of its column, as readr of R writes it: "Time (s)...1".
 _PLACE = re.compile(r"(?P<name>.+?)\.\.\.(?P<column>\d{1,3})")
 
+# Where so many quantities stand again, all columns do: of another specimen, or run.
+_OF_A_BLOCK = 2
+
 
 def said_again(names: Sequence[str], units: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Give columns that a program renamed, as a table may not have two of one name, the name that they had.
 
     Such a name is that of another column with a tail behind it, and that is understood: a load `Load_N_1` beside `Load_N`.
-    `Load 2` is a second load cell, and `CH1_1` beside `CH1` may be anything.
+    `Load 2` is a second load cell, and `CH1_1` beside `CH1` may be anything, unless several quantities stand again with it.
 
     Parameters
     ----------
@@ -37,13 +40,13 @@ def said_again(names: Sequence[str], units: Sequence[str]) -> tuple[tuple[str, .
         m["name"] if (m := _PLACE.fullmatch(n)) is not None and m["column"] == str(i) else n for i, n in enumerate(names, 1)
     ]
     plain = [place if places.count(place) > 1 else name for place, name in zip(places, names, strict=True)]
-    found, notes = list(plain), []
-    for index, name in enumerate(plain):
-        tail = _TAIL.fullmatch(name)
-        if tail is not None and tail["name"] in plain:
-            found[index] = tail["name"]
-        if found[index] != names[index] and understand(found[index], below[index]) is None:
-            found[index] = names[index]
-        if found[index] != names[index]:
-            notes.append(f'"{names[index]}" (column {index + 1}) is taken for a second column "{found[index]}"')
+    found = [tail["name"] if (tail := _TAIL.fullmatch(name)) is not None and tail["name"] in plain else name for name in plain]
+    known = [i for i, name in enumerate(found) if name != names[i] and understand(name, below[i]) is not None]
+    if len(known) < _OF_A_BLOCK:  # else columns of other kinds stand again with them
+        found = [name if i in known else names[i] for i, name in enumerate(found)]
+    notes = [
+        f'"{name}" (column {i + 1}) is taken for a second column "{found[i]}"'
+        for i, name in enumerate(names)
+        if found[i] != name
+    ]
     return tuple(found), tuple(notes)

@@ -139,12 +139,19 @@ def test_a_name_with_a_number_that_is_not_another_twice_changes_nothing(tmp_path
     assert not any("second column" in note for note in table.notes)
 
 
-def test_specimens_side_by_side_are_told_apart_where_a_program_renamed_them(tmp_path: Path) -> None:
-    rows = [
-        f"{0.1 * i:.2f},{0.01 * i:.4f},{0.002 * i * i:.4f},{0.2 * i:.2f},{0.012 * i:.4f},{0.003 * i * i:.4f}" for i in range(N)
-    ]
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time_s,Extension_mm,Load_N,T_C,Time_s_1,Extension_mm_1,Load_N_1,T_C_1",
+        "Time (s),Extension (mm),Load (N),Probe,Time (s).1,Extension (mm).1,Load (N).1,Probe.1",
+        "Time (s),Extension (mm),Load (N),Cycle,Time (s)2,Extension (mm)3,Load (N)4,Cycle",
+    ],
+)
+def test_specimens_side_by_side_are_told_apart_where_a_program_renamed_them(tmp_path: Path, header: str) -> None:
+    both = ((0.1, 0.01, 0.002), (0.2, 0.012, 0.003))
+    rows = [",".join(f"{t * i:.2f},{x * i:.4f},{f * i * i:.4f},1" for t, x, f in both) for i in range(N)]
     path = tmp_path / "lab.csv"
-    path.write_text("\n".join(["Time_s,Extension_mm,Load_N,Time_s_1,Extension_mm_1,Load_N_1", *rows]) + "\n")
+    path.write_text("\n".join([header, *rows]) + "\n")
     with pytest.raises(InputError, match="2 specimens stand side by side"):
         read_lab_file(path)
     assert read_lab_file(path, Reading(specimen=2)).columns["time"][10] == pytest.approx(2.0)
