@@ -18,6 +18,7 @@ from models.sensor import FloatArray
 _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
 # Two clocks of one record go on for about as long; of rows pasted side by side the faster one has gone on for far less.
 _NEARLY, _PASTED = 0.5, 0.125
+_UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 
 
@@ -82,11 +83,12 @@ def second_clock(
     own = values["time"]
     for index, name in enumerate(sheet.names):
         unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        if index in places.values() or index in sheet.set_aside or not why.startswith(("not understood", "two units")):
+        if index in places.values() or index in sheet.set_aside or not why.startswith(_UNKNOWN):
             continue
-        if not unit or not is_unit_of(unit, "time"):
+        named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
+        if not is_unit_of(unit, "time") if unit else not named:
             continue
-        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time")], sheet.declared_decimal)
+        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
         steps, spans = np.diff(other), [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
         nearly = _PASTED if _parts_instruments(places, index) else _NEARLY
         if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not nearly * spans[0] < spans[1] < spans[0] / nearly:

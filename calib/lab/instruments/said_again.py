@@ -40,7 +40,12 @@ def said_again(names: Sequence[str], units: Sequence[str]) -> tuple[tuple[str, .
         m["name"] if (m := _PLACE.fullmatch(n)) is not None and m["column"] == str(i) else n for i, n in enumerate(names, 1)
     ]
     plain = [place if places.count(place) > 1 else name for place, name in zip(places, names, strict=True)]
-    found = [tail["name"] if (tail := _TAIL.fullmatch(name)) is not None and tail["name"] in plain else name for name in plain]
+    tails = [tail["name"] if (tail := _TAIL.fullmatch(name)) is not None else "" for name in plain]
+    # Of names that are not understood as they stand all may have a tail, the first too: "Time_s_1" and "Time_s_2".
+    twice = [
+        base in plain or (tails.count(base) > 1 and understand(plain[i], below[i]) is None) for i, base in enumerate(tails)
+    ]
+    found = [base if base and again else name for base, again, name in zip(tails, twice, plain, strict=True)]
     known = [i for i, name in enumerate(found) if name != names[i] and understand(name, below[i]) is not None]
     if len(known) < _OF_A_BLOCK:  # else columns of other kinds stand again with them
         found = [name if i in known else names[i] for i, name in enumerate(found)]

@@ -83,7 +83,8 @@ def test_a_second_time_that_a_program_renamed_is_asked_about_like_one_of_the_sam
 
 
 @pytest.mark.parametrize(
-    ("press", "meter"), [("Time_s", "Time_s_1"), ("Time (s)...1", "Time (s)...4"), ("Time..s.", "Time..s..1")]
+    ("press", "meter"),
+    [("Time_s", "Time_s_1"), ("Time_s_1", "Time_s_2"), ("Time (s)...1", "Time (s)...4"), ("Time..s.", "Time..s..1")],
 )
 def test_the_time_is_named_as_the_program_wrote_it(tmp_path: Path, press: str, meter: str) -> None:
     with pytest.raises(InputError, match="appears twice"):
@@ -107,6 +108,8 @@ def test_a_time_of_unknown_name_between_press_and_capacitance_is_asked_about_how
 ) -> None:
     with pytest.raises(InputError, match="may be a time of its own beside"):
         read(tmp_path, "Time (s)", "LCR (s)", clock)
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read(tmp_path, "Time (s)", "LCR_t", clock)
     alone = Reading(columns={"time": "LCR (s)", "displacement": "none", "force": "none"})
     assert read(tmp_path, "Time (s)", "LCR (s)", clock, alone).columns["time"][10] == pytest.approx(clock(1.0))
 
