@@ -133,7 +133,7 @@ def start_counts(begin: float, end: float, *, waits: bool) -> float:
 
 
 def of_names(table: LabTable, quantity: str, same: float) -> list[Evidence]:
-    """What the name of a column says of its sense.
+    """What the name of a column says of its sense, or a line beside the table.
 
     Parameters
     ----------
@@ -144,6 +144,10 @@ def of_names(table: LabTable, quantity: str, same: float) -> list[Evidence]:
     name = table.sources.get(quantity, "")
     if sense := says_sense(name):
         return [Evidence(_SAID_COUNTS * sense * same, f'{quantity} is called "{name}"')]
+    if quantity in table.conventions:
+        sense, line = table.conventions[quantity]
+        once = quantity == "force" or line != table.conventions.get("force", (0, ""))[1]
+        return [Evidence(_SAID_COUNTS * sense * same, line)] if once else []
     compression, tension = bool(_COMPRESSION.search(name)), bool(_TENSION.search(name))
     if compression == tension:
         return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -26,7 +26,7 @@ from calib.lab.evidence import (
     why,
     words_for,
 )
-from calib.lab.instruments import LabTable
+from calib.lab.instruments import LabTable, says_sense
 from calib.lab.shape import NOTHING, Shape, calm, shape_of, steady
 from calib.lab.signal import excursion, reading_noise
 from models.sensor import BoolArray, FloatArray
@@ -88,7 +88,8 @@ def decide_signs(
 
     In contact the force grows with the depth, so that the two signs hang together; a press stiffens, so that the force bends
     towards compression; out of contact it is flat; a record begins before the press, not in it, and a pull-off comes after it.
-    Names that speak of compression or tension and a capacitance that rises with compression count, too.
+    Names that speak of compression or tension and a capacitance that rises with compression count, too; a line beside the table
+    that says the sign counts where these leave it in doubt, and else is told of where they say the opposite.
 
     Parameters
     ----------
@@ -105,6 +106,29 @@ def decide_signs(
     InputError
         If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
     """
+    try:
+        decided = _decide(replace(table, conventions={}), displacement, force, good)
+    except InputError:
+        if not table.conventions:
+            raise
+        decided = _decide(table, displacement, force, good)
+    return {quantity: _with_contradiction(table, decision) for quantity, decision in decided.items()}
+
+
+def _with_contradiction(table: LabTable, decision: SignDecision) -> SignDecision:
+    """A decision with what the name of its column or a line beside the table says of the sign, if that is the opposite."""
+    name = table.sources.get(decision.quantity, "")
+    sense, words = table.conventions.get(decision.quantity, (0, ""))
+    sense, words = (own, f'the column is called "{name}"') if (own := says_sense(name)) else (sense, words)
+    if not sense or sense == decision.factor or decision.strength == "none":
+        return decision
+    return replace(decision, note=f"{decision.note}; the file says the opposite: {words}")
+
+
+def _decide(
+    table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray
+) -> dict[str, SignDecision]:
+    """Decide the signs by the record, the names, what the user says, and the conventions of the table, if it has any."""
     columns = {"displacement": displacement, "force": force, "capacitance": table.columns.get("capacitance")}
     found = {n: v for n, v in columns.items() if v is not None and np.sum(good & np.isfinite(v)) >= 2}
     time = table.columns.get("time")

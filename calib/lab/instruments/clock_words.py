@@ -50,7 +50,13 @@ _DURATIONS = (
 )
 # Of .NET, "1.00:00:00.5", and of ISO 8601 without marks, "20261120T140307.2Z".
 _DAYS_BEFORE = re.compile(r"(\d{1,4})\.(\d{2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
-_COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})T(\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(Z|[+-]\d{2}:?\d{2})?")
+_COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_](\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(Z|[+-]\d{2}:?\d{2})?")
+# As names of files have it: "2026-11-20_14-03-07.2".
+_OF_FILES = re.compile(r"(\d{4})-(\d{2})-(\d{2})[_T ](\d{2})-(\d{2})-(\d{2}(?:[.,]\d+)?)")
+# As spreadsheets of eastern Europe write dates: "2026. 11. 20. 14:03:07", "20. 11. 2026", "20.11.2026.", "20.11.2026 г."
+_POINTED = re.compile(
+    r"(?P<date>(?:\d{4}\.\s?\d{1,2}\.\s?\d{1,2}|\d{1,2}\.\s?\d{1,2}\.\s?(?:\d{4}|\d{2})))(?:\.(?!\d))?(?:\s?[грgr]\.?(?![^\W\d_]))?[,\s]*(?P<clock>\d{1,2}[:.]\d.*)?"
+)
 # A time of day, "14h03m07.2s".
 _LETTERED = re.compile(r"(?P<h>\d{1,2}) ?h ?(?P<m>\d{2}) ?m(?:in)? ?(?P<s>\d{2}(?:[.,]\d+)?) ?s(?:ec)?")
 
@@ -68,6 +74,8 @@ def in_figures(cell: str) -> Figures:
 
     >>> in_figures("20-Nov-2026 14:03:07.2").text, in_figures("2026/11/20 下午 2:03:07").text
     ('2026-11-20 14:03:07.2', '2026/11/20 2:03:07 PM')
+    >>> in_figures("2026. 11. 20. 14:03:07,2").text, in_figures("20.11.2026 г.").text, in_figures("2026-11-20_14-03-07").text
+    ('2026.11.20 14:03:07,2', '20.11.2026', '2026-11-20 14:03:07')
     >>> in_figures("1 day, 0:00:01.5"), in_figures("PT75.5S").text, in_figures("Load")
     (Figures(text='1:00:00:01.5', spelled=True), '0:00:01:15.5', Figures(text='Load', spelled=False))
     """
@@ -75,6 +83,11 @@ def in_figures(cell: str) -> Figures:
     compact = _COMPACT.fullmatch(cell)
     if compact is not None:
         return Figures(compact.expand(r"\1-\2-\3 \4:\5:\6\7"))
+    pointed, of_files = _POINTED.fullmatch(cell), _OF_FILES.fullmatch(cell)
+    if of_files is not None:
+        return Figures(of_files.expand(r"\1-\2-\3 \4:\5:\6"))
+    if pointed is not None:
+        return Figures(" ".join(["".join(pointed["date"].split()), *([pointed["clock"]] if pointed["clock"] else [])]))
     days = _DAYS_BEFORE.fullmatch(cell)
     if days is not None:
         return Figures(":".join(days.groups()), spelled=True)

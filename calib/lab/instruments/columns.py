@@ -16,6 +16,7 @@ from calib.lab.instruments.astray import rows_astray
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
+from calib.lab.instruments.conventions import conventions
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
@@ -232,8 +233,6 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         first, above = (int(sheet.lines[r]) for r in next(iter(again.items())))
         notes.append(f"{len(again)} row(s) stand twice, with their times, and are left out: line {first} is line {above} again")
     if not faults:
-        faults += implausible(sheet, values, places, reading)
-    if not faults:
         good = np.array([not why for why in reasons])
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
@@ -244,6 +243,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             for r, near in rows.items():
                 _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
+        faults += implausible(sheet, values, places, reading)
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
@@ -318,6 +318,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
         zeroed=MappingProxyType(zeros.rows),
+        conventions=conventions(sheet, values),
     )
 
 

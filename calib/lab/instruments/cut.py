@@ -30,6 +30,7 @@ from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.rows import with_rows
+from calib.lab.instruments.said_again import said_again
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.side_clocks import of_one_clock
@@ -95,18 +96,19 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     check_quotes(text, delimiter, header, text.lines[header : below.start])
     below, units_notes = _with_units_above(text, delimiter, header, names, below)
     assigned = _assigned(reading, names, text, header + 1, below.units)
+    plain, again_notes = said_again(names, below.units)
     sheet = Sheet(
         text,
         delimiter,
         header + 1,
-        tuple(names),
+        plain,
         below.units_line,
         below.units,
         declared_units(text.lines[: header if listed is None else listed.first]),
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
-    above = (*_rows_above(sheet, reading), *units_notes)
+    above = (*_rows_above(sheet, reading), *units_notes, *again_notes)
     if listed is not None:
         one = listed.first == listed.last
         where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"

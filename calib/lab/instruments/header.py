@@ -401,6 +401,8 @@ _UNIT_WORD = re.compile(rf"\b(?:{UNIT_NAMES})\b|单位|単位|단위", re.I)
 # Between the names and units that a line above the header declares, and words between one and its unit.
 _APART = re.compile(r"[\t;,|:=]|\s{2,}")
 _FILLERS = frozenset(["in", "is", "are", "as", "of", "en"])
+# The mark of a comment at the beginning of a line, and how many units between blanks are a list: "N m" is one of a torque.
+_MARK, _LISTED = re.compile(r"\s*(?:#|//|%|!)+"), 3
 # What the unit of a displacement may be declared as, beside those of force or time.
 _LENGTH = re.compile(r"lengths?|länge|longueur|longitud|lunghezza|comprimento|lengte|długość|长度|長さ|길이", re.IGNORECASE)
 
@@ -413,11 +415,13 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
 
     >>> dict(declared_units(["Units : Time ms", "Load|kN"]))
     {'time': ('ms', 1), 'force': ('kN', 2)}
+    >>> dict(declared_units(["# units: s mm N"])), dict(declared_units(["Units: N m"]))
+    ({'time': ('s', 1), 'displacement': ('mm', 1), 'force': ('N', 1)}, {})
     """
     declared: dict[str, tuple[str, int]] = {}
     lengths: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
-        parts = [p for part in _APART.split(line) if (p := part.strip(' \t"{}'))]
+        parts = [p for part in _APART.split(_MARK.sub("", line)) if (p := part.strip(' \t"{}'))]
         if not _UNIT_WORD.search(line) or len(line) > 200:
             own = (
                 list(stated_units(line))
@@ -430,11 +434,25 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
         if parts and all(map(looks_like_unit, parts)):
             _declare(declared, _listed_units(parts), number)
             continue
-        found = [*_named_units(parts), *_named_units(" ".join(parts).split())]
+        apart = " ".join(parts).split()
+        if _is_list_of_units(apart):
+            _declare(declared, _listed_units([unit.strip("()[]") for unit in apart]), number)
+            continue
+        found = [*_named_units(parts), *_named_units(apart)]
         _declare(declared, found, number)
         _declare(lengths, _named_lengths(parts), number)
     beside = "displacement" not in declared and ("force" in declared or "time" in declared)
     return MappingProxyType(declared | lengths if beside else declared)
+
+
+def _is_list_of_units(words: Sequence[str]) -> bool:
+    """Whether words are units alone, and not each second one that of the letter before it, as in "s mm F N"."""
+    bare = [word.strip("()[]") for word in words]
+    if len(bare) < _LISTED or not all(map(looks_like_unit, bare)):
+        return False
+    pairs = list(zip(bare[::2], bare[1::2], strict=False))
+    named = [(h := _named(name, unit)) is not None and is_unit_of(unit, h.quantity) for name, unit in pairs]
+    return len(bare) % 2 == 1 or not all(named)
 
 
 def _stated_each(line: str) -> list[tuple[str, str]]:

@@ -77,6 +77,7 @@ class LabTable:
     started : date and time at which the record began, as the file states it; None if it does not.
     sign : what was said of the signs, see `Reading.sign`.
     zeroed : quantity -> rows from 0 from which on its readings have another zero than above.
+    conventions : quantity -> 1 or -1, the sign of compression by a line beside the table, and that in words.
     """
 
     path: Path
@@ -95,3 +96,4 @@ class LabTable:
     started: datetime | None = None
     sign: Mapping[str, str] = field(default_factory=dict)
     zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    conventions: Mapping[str, tuple[int, str]] = field(default_factory=dict)

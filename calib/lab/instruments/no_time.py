@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 
 import numpy as np
@@ -42,6 +42,10 @@ _PER_SECOND = frozenset(
         "readings/s",
     ]
 )
+# Figures with marks between them, as a date or a time of day has: "2024-03-01T10-00-00", "10h 00' 01''".
+_LIKE_A_TIME = re.compile(
+    r"[^\W\d]{0,3}[ ,.]?\d{1,8}(?:[^\w+]{1,3}|[^\W\d]{1,3}[ .]?)\d{1,6}(?:[^\d+]{1,3}\d{1,9}){1,5}\D{0,3}"
+)
 # Of so many rows at least, nearly all steps of a column that may be a time go up; cells that show whether it holds clocks.
 _FEWEST, _UP, _SEEN = 5, 0.98, 50
 
@@ -65,6 +69,11 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         seen = [c for c in sheet.columns[index][:_SEEN] if c.strip()]
         if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
             return f'no time is read; if "{_name(sheet, index)}" is one: {_asked(sheet, index)}'
+        if _seem_times(seen):
+            return (
+                f'no time is read; if "{_name(sheet, index)}" is one, its cells ("{seen[0].strip()[:40]}") are in a form that '
+                f'is not understood: write them as "2024-05-02 12:30:01.5", or in seconds, and then {_asked(sheet, index)}'
+            )
         values = _numbers(sheet, index)
         values = values[np.isfinite(values)]
         steps = np.diff(values)
@@ -95,6 +104,14 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     asked = f"{_asked(sheet, counter)} --units {in_shell(f'time={step} s')}"
     said = sheet.prelude[line - 1].strip()[:60]
     return f'no time is read; "{name}" counts the rows and line {line} says "{said}": {asked} reads the time from both'
+
+
+def _seem_times(cells: Sequence[str]) -> bool:
+    """Whether cells have the form of a date or a time of day, and go on from row to row in their figures."""
+    if len(cells) < _FEWEST or not all(_LIKE_A_TIME.fullmatch(c.strip()) for c in cells):
+        return False
+    figures = [[int(n) for n in re.findall(r"\d+", c)] for c in cells]
+    return figures == sorted(figures) and 2 * len({*cells}) > len(cells)
 
 
 def _numbers(sheet: Sheet, index: int) -> FloatArray:

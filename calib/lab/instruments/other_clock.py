@@ -16,8 +16,9 @@ from models.sensor import FloatArray
 
 # Columns of one clock end within such a share of the rows; a clock has so many readings at least, and moves in such a share.
 _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
-# Two clocks of one record go on for about as long.
-_NEARLY = 0.5
+# Two clocks of one record go on for about as long; of rows pasted side by side the faster one has gone on for far less.
+_NEARLY, _PASTED = 0.5, 0.125
+_UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 
 
@@ -64,7 +65,8 @@ def second_clock(
 ) -> list[Fault]:
     """Refuse press and capacitance of one time where a column under another name may be the time that one of them was read at.
 
-    That is a column in a unit of time that goes up from row to row about as far as the time does, and is not the same.
+    That is a column in a unit of time that goes up from row to row about as far as the time does, and is not the same. Where it
+    stands between the columns of the press and the capacitance, it may go up by far more or less.
 
     Parameters
     ----------
@@ -81,13 +83,15 @@ def second_clock(
     own = values["time"]
     for index, name in enumerate(sheet.names):
         unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        if index in places.values() or index in sheet.set_aside or not why.startswith(("not understood", "two units")):
+        if index in places.values() or index in sheet.set_aside or not why.startswith(_UNKNOWN):
             continue
-        if not unit or not is_unit_of(unit, "time"):
+        named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
+        if not is_unit_of(unit, "time") if unit else not named:
             continue
-        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time")], sheet.declared_decimal)
+        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
         steps, spans = np.diff(other), [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
-        if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not _NEARLY * spans[0] < spans[1] < spans[0] / _NEARLY:
+        nearly = _PASTED if _parts_instruments(places, index) else _NEARLY
+        if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not nearly * spans[0] < spans[1] < spans[0] / nearly:
             continue
         if difference(own, other)[0] == "same":
             continue
@@ -100,6 +104,13 @@ def second_clock(
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
+
+
+def _parts_instruments(places: Mapping[str, int], index: int) -> bool:
+    """Whether the time and the press stand on one side of a column and the capacitance on the other, or the other way round."""
+    press = [i < index for q, i in places.items() if q in ("displacement", "force")]
+    meter = [i < index for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    return places["time"] < index and {*press} | {not before for before in meter} in ({True}, {False})
 
 
 def _end(cells: Sequence[str]) -> int:

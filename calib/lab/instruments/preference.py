@@ -320,6 +320,8 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
         less |= quantity == "force" and best.heading.name.startswith("raw") and _is_worked_on(best, other)
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
+        # Of a second time the columns may be of the other instrument.
+        numbered = numbered and not (quantity == "time" and word == "different" and _of_two_instruments(sheet))
         # Of two columns of one name and unit no difference is a matter of rounding.
         converted = sheet.unit_below(index) != sheet.unit_below(best.index)
         if word == "same" and (share <= _EXACT or converted or words(sheet.names[index]) != words(name)):

@@ -19,8 +19,10 @@ from models.sensor import FloatArray
 
 # Seconds since 1970 of the years 2001 to 2100, in which a record may count its time.
 _EPOCH = (1.0e9, 4.2e9)
-# The same of the years 2010 to 2036, and days as spreadsheets (since 1899) and MATLAB (since the year 0) count them.
-_NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0))
+# The same of the years 2010 to 2036, and days as spreadsheets (since 1899), MATLAB (since the year 0) and astronomers (of
+# Julius Scaliger) count them; those count from 1858, too, which short records in seconds may reach.
+_NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0), (2_455_000.0, 2_465_000.0))
+_MODIFIED = (55_000.0, 65_000.0)
 # No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
 _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _DAY = 86_400.0
@@ -146,7 +148,7 @@ def time_faults(
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
     # Of a unit of days, said or written, the days of a calendar are what else they would be.
-    said_days = factor == _DAY and any(low < number < high for low, high in _DAYS)
+    said_days = factor == _DAY and any(low < number < high for low, high in (*_DAYS, _MODIFIED))
     said_ticks = reading.units.get("time") is not None and factor == 1e-7 and _TICKS[0] < number < _TICKS[1]
     if largest > _EPOCH[1] and not said_days and not said_ticks:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
@@ -183,8 +185,8 @@ def time_faults(
 def unit_of_numbers(number: float) -> str:
     """The unit in which a number is a time of our days, since 1970 or in the days of a calendar; "" if it is none.
 
-    >>> unit_of_numbers(1.7952e18), unit_of_numbers(740305.6), unit_of_numbers(12.5)
-    ('ns', 'day', '')
+    >>> unit_of_numbers(1.7952e18), unit_of_numbers(740305.6), unit_of_numbers(2460371.5), unit_of_numbers(12.5)
+    ('ns', 'day', 'day', '')
     """
     since_1970 = next((unit for unit, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "")
     if _TICKS[0] < number < _TICKS[1]:

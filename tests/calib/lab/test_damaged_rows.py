@@ -343,3 +343,15 @@ def test_rows_out_of_the_order_of_their_time_are_refused_with_what_to_do(tmp_pat
     lines = rows()
     with pytest.raises(InputError, match="order of their time"):
         observe(read(tmp_path, [*lines[:30], *lines[33:36], *lines[30:33], *lines[36:]]))
+
+
+@pytest.mark.parametrize("at", [[20], [7, 30, 51]])
+def test_cells_whose_exponent_is_cut_are_left_out_before_the_size_of_the_column_is_judged(
+    tmp_path: Path, at: list[int]
+) -> None:
+    cells = [f"{9.7e-11 + 4e-13 * x * x:.6E}" for x in X]
+    whole = [f"{0.1 * i:.1f},{c[:-1] if i in at else c}" for i, c in enumerate(cells)]
+    table = read(tmp_path, whole, "Time [s],Cp [F]")
+    assert [i for i, why in enumerate(table.reasons) if why] == at
+    with pytest.raises(InputError, match="no test of a small sample"):
+        read(tmp_path, [f"{0.1 * i:.1f},{c[:-1]}" for i, c in enumerate(cells)], "Time [s],Cp [F]")

@@ -624,6 +624,9 @@ def _database(folder: Path) -> bytes:
         ("press.feather", b"ARROW1\x00\x00", "Feather"),
         ("press.json", b'{"time": [0, 1], "force": [0, 1]}', "JSON"),
         ("press.json", b'[{"time": 0, "force": 1}]', "JSON"),
+        ("press.jsonl", b'{"time": 0, "force": 1}\n{"time": 1, "force": 2}\n', "JSON"),
+        ("press.json", b'{"time": [0, 1],\n "force": [0, 1]}\n', "JSON"),
+        ("press.json", b'{"time": [' + 3000 * b"0, " + b"0]}", "JSON"),
         ("press.xls", b"<html><table><tr><td>Time (s)</td></tr></table></html>", "web page"),
         ("press.xls", b'<?xml version="1.0"?>\n<Workbook xmlns="urn:schemas-microsoft-com:office:spreadsheet">', "2003"),
         ("press.png", b"\x89PNG\r\n\x1a\n", "picture"),
@@ -639,6 +642,13 @@ def test_other_formats_are_refused_with_what_to_do(tmp_path: Path, name: str, co
         read_lab_file(path)
     assert said in str(refused.value)
     assert refused.value.faults[0].advice
+
+
+@pytest.mark.parametrize("above", ['{"rig": "desk", "v": 3}', '{\n "rig": "desk",\n "notes": ["a", "b"]\n}\n', '[{"rig": 1}]'])
+def test_json_above_a_table_does_not_make_it_a_json_file(tmp_path: Path, above: str) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([above, ",".join(HEADER), *(",".join(map(repr, row)) for row in ROWS)]) + "\n")
+    assert_truth(read_lab_file(path))
 
 
 def test_a_text_file_with_the_ending_of_a_workbook_is_read_as_text(tmp_path: Path) -> None:

@@ -63,3 +63,98 @@ def test_another_column_in_seconds_that_is_no_clock_of_the_record_changes_nothin
     table = read(tmp_path, "Time (s)", name, clock)
     assert table.columns["time"][10] == pytest.approx(1.0)
     assert {"force", "capacitance"} <= set(table.columns)
+
+
+TAILS = ["Time (s).1", "Time (s)_1", "Time (s)2", "Time (s)_duplicated_0", "Time (s) (2)", "Time (s):1", "Time (s) 2"]
+
+
+@pytest.mark.parametrize("meter", ["Time (s)", *TAILS])
+def test_a_second_time_that_a_program_renamed_is_asked_about_like_one_of_the_same_name(tmp_path: Path, meter: str) -> None:
+    with pytest.raises(InputError, match=r"appears twice|may be the time") as raised:
+        read(tmp_path, "Time (s)", meter, lambda t: 3.3 * t)
+    assert '--columns time=4 to read "Cp (pF)"' in str(raised.value) or "--columns capacitance=none" in str(raised.value)
+    press = read(tmp_path, "Time (s)", meter, lambda t: 3.3 * t, Reading(columns={"time": "1", "capacitance": "none"}))
+    assert "capacitance" not in press.columns
+    assert press.columns["time"][10] == pytest.approx(1.0)
+    capacitance = Reading(columns={"time": "4", "force": "none", "displacement": "none"})
+    table = read(tmp_path, "Time (s)", meter, lambda t: 3.3 * t, capacitance)
+    assert set(table.columns) == {"time", "capacitance"}
+    assert table.columns["time"][10] == pytest.approx(3.3)
+
+
+@pytest.mark.parametrize(
+    ("press", "meter"),
+    [("Time_s", "Time_s_1"), ("Time_s_1", "Time_s_2"), ("Time (s)...1", "Time (s)...4"), ("Time..s.", "Time..s..1")],
+)
+def test_the_time_is_named_as_the_program_wrote_it(tmp_path: Path, press: str, meter: str) -> None:
+    with pytest.raises(InputError, match="appears twice"):
+        read(tmp_path, press, meter, lambda t: 3.3 * t)
+    table = read(tmp_path, press, meter, lambda t: 3.3 * t, Reading(columns={"time": meter}))
+    assert set(table.columns) == {"time", "capacitance"}
+    assert table.columns["time"][10] == pytest.approx(3.3)
+
+
+@pytest.mark.parametrize("meter", TAILS[:-1])
+def test_a_second_time_of_the_same_instants_is_told(tmp_path: Path, meter: str) -> None:
+    table = read(tmp_path, "Time (s)", meter, lambda t: t)
+    assert {"force", "capacitance"} <= set(table.columns)
+    assert any(meter in note for note in table.notes)
+    assert any("same values" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("clock", [lambda t: 3.3 * t, lambda t: 0.3 * t], ids=["longer", "shorter"])
+def test_a_time_of_unknown_name_between_press_and_capacitance_is_asked_about_however_long(
+    tmp_path: Path, clock: Callable[[float], float]
+) -> None:
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read(tmp_path, "Time (s)", "LCR (s)", clock)
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read(tmp_path, "Time (s)", "LCR_t", clock)
+    alone = Reading(columns={"time": "LCR (s)", "displacement": "none", "force": "none"})
+    assert read(tmp_path, "Time (s)", "LCR (s)", clock, alone).columns["time"][10] == pytest.approx(clock(1.0))
+
+
+def side_by_side(folder: Path, header: str, twin: Callable[[float], float], reading: Reading = AS_FOUND) -> LabTable:
+    rows = [header]
+    for i in range(N):
+        x = 0.01 * min(i, N - 1 - i)
+        load = 1.5 * max(0.0, x - 0.05) ** 1.5
+        rows.append(f"{0.1 * i:.2f},{x:.4f},{load:.4f},{twin(load):.4f}")
+    path = folder / "lab.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return read_lab_file(path, reading)
+
+
+@pytest.mark.parametrize("tail", ["_1", ".1", "_duplicated_0", " (2)"])
+def test_a_quantity_that_a_program_renamed_is_that_quantity_twice(tmp_path: Path, tail: str) -> None:
+    header = f"Time_s,Extension_mm,Load_N,Load_N{tail}"
+    with pytest.raises(InputError, match=r"appears twice \(columns 3 and 4\)"):
+        side_by_side(tmp_path, header, lambda f: f + 0.3)
+    table = side_by_side(tmp_path, header, lambda f: f + 0.3, Reading(columns={"force": f"Load_N{tail}"}))
+    assert table.columns["force"][0] == pytest.approx(0.3)
+    assert "force" in side_by_side(tmp_path, header, lambda f: f).columns
+
+
+@pytest.mark.parametrize("other", ["Sample_1", "Load_N_max", "Load 2 (N)", "Temp_C_1"])
+def test_a_name_with_a_number_that_is_not_another_twice_changes_nothing(tmp_path: Path, other: str) -> None:
+    table = side_by_side(tmp_path, f"Time_s,Extension_mm,Load_N,{other}", lambda f: f + 0.3)
+    assert table.columns["force"][0] == 0.0
+    assert not any("second column" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time_s,Extension_mm,Load_N,T_C,Time_s_1,Extension_mm_1,Load_N_1,T_C_1",
+        "Time (s),Extension (mm),Load (N),Probe,Time (s).1,Extension (mm).1,Load (N).1,Probe.1",
+        "Time (s),Extension (mm),Load (N),Cycle,Time (s)2,Extension (mm)3,Load (N)4,Cycle",
+    ],
+)
+def test_specimens_side_by_side_are_told_apart_where_a_program_renamed_them(tmp_path: Path, header: str) -> None:
+    both = ((0.1, 0.01, 0.002), (0.2, 0.012, 0.003))
+    rows = [",".join(f"{t * i:.2f},{x * i:.4f},{f * i * i:.4f},1" for t, x, f in both) for i in range(N)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    with pytest.raises(InputError, match="2 specimens stand side by side"):
+        read_lab_file(path)
+    assert read_lab_file(path, Reading(specimen=2)).columns["time"][10] == pytest.approx(2.0)

@@ -23,6 +23,10 @@ def _read(folder: Path, *lines: str) -> LabTable:
         ['# force_unit = "mN"', '# displacement_unit = "um"', '# time_unit = "s"'],
         ["All forces are in millinewton, displacements in micrometre, time in seconds."],
         ["Hinweis: Kraft in mN, Weg in µm, Zeit in s"],
+        ["# units: s um mN"],
+        ["# units [s] [um] [mN]", "# press 12, ball 6 mm"],
+        ["# units: s|um|mN"],
+        ["% Units s um mN"],
         ["---", "units: {time: s, displacement: um, force: mN}", "---"],
     ],
 )
@@ -73,3 +77,11 @@ def test_x_is_no_displacement_beside_another_column_of_a_length(tmp_path: Path) 
 def test_kilograms_force_in_any_case_are_taken(tmp_path: Path) -> None:
     table = _read(tmp_path, "Time (s),Displacement (um),Force (Kgf)")
     np.testing.assert_allclose(table.columns["force"][-1], 9.80665 * 0.3 * 39**1.5, rtol=1e-4)
+
+
+@pytest.mark.parametrize("above", ["# units: N m", "# units: s um F mN", "# units: s um", "Unit 5 mN um"])
+def test_units_between_blanks_that_are_no_list_of_one_unit_for_each_column_declare_none_in_part(
+    tmp_path: Path, above: str
+) -> None:
+    with pytest.raises(calib.InputError, match="has no unit"):
+        _read(tmp_path, above, "time,displacement,force")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.part import Format, Part
 from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
+_JSON = "a JSON file"
 _CSV = "Export a CSV file or an Excel workbook (.xlsx)"
 _UNPACK = "Unpack it and name the file inside"
 _PICTURE = "A picture holds no readings: export the data behind it as a CSV file"
@@ -60,7 +62,7 @@ _MARKUP: tuple[tuple[re.Pattern[bytes], str, str], ...] = (
         "Open it in a spreadsheet program and save it as an Excel workbook (.xlsx), or export a CSV file",
     ),
     (re.compile(rb"^\s*<\?xml"), "an XML file", _CSV),
-    (re.compile(rb"^\s*[{\[]\s*(?:[{\[]|\"[^\"]*\"\s*:)"), "a JSON file", _CSV),
+    (re.compile(rb"^\s*[{\[]\s*(?:[{\[]|\"[^\"]*\"\s*:)"), _JSON, _CSV),
 )
 
 
@@ -79,7 +81,19 @@ def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
             return "a zip archive or workbook (.xlsx) that is damaged or cut short", "Save it again, or export a CSV file"
         return next((what, advice) for inside, what, advice in _INSIDE if not inside or any(n.endswith(inside) for n in names))
     bare = head.removeprefix(b"\xef\xbb\xbf")
-    return next(((what, advice) for pattern, what, advice in _MARKUP if pattern.search(bare)), None)
+    found = next(((what, advice) for pattern, what, advice in _MARKUP if pattern.search(bare)), None)
+    return None if found is not None and found[0] == _JSON and _stands_above(bare) else found
+
+
+def _stands_above(head: bytes) -> bool:
+    """Whether JSON at the beginning of a file ends there and other lines follow, as below the settings of a program."""
+    text = head.decode("utf-8", errors="replace").lstrip()
+    try:
+        _, end = json.JSONDecoder().raw_decode(text)
+    except (ValueError, RecursionError):
+        return False
+    behind = text[end:]
+    return behind.lstrip(" \t").startswith(("\n", "\r")) and behind.strip()[:1] not in ("", "{", "[")
 
 
 def recognise(head: bytes, path: Path) -> bool:
