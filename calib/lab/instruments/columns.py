@@ -238,7 +238,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
             good[r] = False
-        for quantity, rows in alone({q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}).items():
+        smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
+        for quantity, rows in alone(smooth, values.get("time")).items():
             column = next(c for c in columns if c.quantity == quantity)
             unit = unit_in_words(sheet, column.index, column.heading, reading)
             for r, near in rows.items():
