@@ -91,6 +91,16 @@ def is_over_range(cell: str) -> bool:
     return _OVER_WORD.fullmatch(cell.strip()) is not None
 
 
+def is_dashes(cell: str) -> bool:
+    """Whether a cell is two dashes or more: no reading, be it over-range or between those of a slower instrument."""
+    return len(cell := cell.strip()) > 1 and not cell.strip("-")
+
+
+def is_hidden(cell: str) -> bool:
+    """Whether a cell shows what a spreadsheet program does in place of a number for which its column is too narrow."""
+    return len(cell := cell.strip()) > 1 and not cell.strip("#")
+
+
 def is_missing(cell: str) -> bool:
     """Whether a cell is empty or says that nothing is there (nan, #N/A, nicht bekannt)."""
     return _MISSING.fullmatch(cell.strip()) is not None

@@ -18,10 +18,12 @@ from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
 
-# Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
-_LEGACY = ("latin-1", "cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+# Encodings of instruments' software besides Unicode and the Western ones, in the order in which a draw is decided.
+_LEGACY = ("cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
+# Bytes that are signs in the Western encoding of Windows, a dash or a quotation mark, and none in Latin-1.
+_OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _LONGEST_LINE = 20_000
@@ -110,8 +112,8 @@ def require_readable(path: Path) -> None:
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
-    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1,
-    another code page, GBK, Shift-JIS, EUC-KR or Big5, whichever makes most of its words column names or units.
+    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1 (Windows'
+    own where it has signs of those, such as a dash), another code page, GBK, Shift-JIS, EUC-KR or Big5, whichever makes most of its words column names or units.
 
     Raises
     ------
@@ -313,8 +315,18 @@ def _legacy(data: bytes) -> list[str]:
                 count += _is_understood(cell)
         return count
 
-    scores = {encoding: understood(encoding) for encoding in _LEGACY}
-    return sorted(_LEGACY, key=lambda encoding: -scores[encoding])
+    western = "cp1252" if _OF_WINDOWS.search(data) and _is_in(data, "cp1252") else "latin-1"
+    encodings = (western, *_LEGACY)
+    scores = {encoding: understood(encoding) for encoding in encodings}
+    return sorted(encodings, key=lambda encoding: -scores[encoding])
+
+
+def _is_in(data: bytes, encoding: str) -> bool:
+    try:
+        data.decode(encoding)
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _is_understood(cell: str) -> bool:
