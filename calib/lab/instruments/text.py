@@ -113,8 +113,9 @@ def require_readable(path: Path) -> None:
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
-    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1 (Windows'
-    own where it has signs of those, such as a dash), another code page, GBK, Shift-JIS, EUC-KR or Big5, whichever makes most of its words column names or units.
+    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1 (or as
+    that of Windows, if signs stand in it that only this has, such as a dash), another code page, GBK, Shift-JIS, EUC-KR or
+    Big5, whichever makes most of its words column names or units.
 
     Raises
     ------
