@@ -49,6 +49,8 @@ def _grammar(mark: str, other: str) -> str:
     point = re.escape(mark)
     plain = rf"\d++(?:{point}\d*+)?+|{point}\d++"
     grouped = rf"[1-9]\d{{0,2}}+(?:[{other}{SPACES}]\d{{3}})++(?:{point}\d*+)?+"
+    if mark == ".":  # 1,06,600 as in India: thousands, and hundreds of them
+        grouped = rf"[1-9]\d?+(?:,\d{{2}}(?=,))++,\d{{3}}(?:{point}\d*+)?+|{grouped}"
     return rf"[ \t]*+[{SIGNS}]?+(?:{grouped}|{plain})(?:{EXPONENT})?+[ \t]*+"
 
 

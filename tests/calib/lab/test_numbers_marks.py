@@ -282,3 +282,21 @@ def test_signs_of_windows_are_read_where_no_other_encoding_makes_more_words(tmp_
     assert {"time", "displacement", "force"} <= table.columns.keys()
     assert table.encoding == {"cp932": "shift-jis"}.get(encoding, encoding)
     assert all(ord(c) < 0x80 or ord(c) > 0x9F for c in " ".join((*table.sources.values(), *table.notes)))
+
+
+@pytest.mark.parametrize("sep", [";", "\t"])
+def test_hundreds_of_thousands_may_be_set_apart_as_in_india(tmp_path: Path, sep: str) -> None:
+    def indian(n: int) -> str:
+        return f"{n // 100_000},{n % 100_000 // 1000:02d},{n % 1000:03d}" if n > 99_999 else f"{n:,}"
+
+    nm = [9700 * i for i in range(N)]
+    table = read_lab_file(
+        written(tmp_path, f"Time (s){sep}Displacement (nm){sep}Force (N)", TIME, [*map(indian, nm)], DEPTH, sep=sep)
+    )
+    assert table.columns["displacement"].tolist() == pytest.approx([n * 1e-9 for n in nm])
+
+
+@pytest.mark.parametrize("odd", ["1,6,600", "01,06,600", "1,06,60", "1.06.600"])
+def test_groups_of_no_country_are_no_number(tmp_path: Path, odd: str) -> None:
+    cells = [*(f"{9700 * i:,}" for i in range(N - 1)), odd]
+    assert odd in refusal(written(tmp_path, "Time (s);Displacement (nm);Force (N)", TIME, cells, DEPTH), Reading(decimal="."))
