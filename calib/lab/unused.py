@@ -74,4 +74,6 @@ def _of_readings(reasons: list[str]) -> str:
         return "If these readings are good all the same, leave the status out: --columns status=none"
     if all(reason.startswith("over-range") for reason in reasons):
         return "Measure in a range that holds the readings, or export a column that does"
+    if all(reason.startswith("the column was too narrow") for reason in reasons):
+        return "Make the column wider in the spreadsheet program, and save the file again"
     return "Correct what the rows say in the file, or export the whole record again"

@@ -18,6 +18,8 @@ from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, hea
 _WORDS = re.compile(
     r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx", re.IGNORECASE
 )
+# Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1".
+_PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*")
 # Scripts of which a word is one letter or two.
 _SIGNS = re.compile(r"[\u0e00-\ud7ff][\u0e00-\ud7ff\s]*")
 
@@ -70,7 +72,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     outside = re.sub(rf"[\s_,/]+{re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
     said = words_in(outside)
     return (
-        (_WORDS.fullmatch(outside.strip(" :,")) or _SIGNS.fullmatch(outside.strip(" :,"))) is not None
+        any(form.fullmatch(outside.strip(" :,")) for form in (_WORDS, _SIGNS, _PATH))
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)

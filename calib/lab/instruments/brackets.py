@@ -262,13 +262,15 @@ def factor_in(text: str) -> str:
     ('*1E-3', '/10', '10', '')
     >>> factor_in("x10 Load"), factor_in("x1 Load"), factor_in("F in 10^-2 N"), factor_in("F ÷ 10"), factor_in("1000 F")
     ('x10', '', '10^-2', '÷ 10', '1000')
+    >>> factor_in("dev3456/imps/0/sample.param1"), factor_in("F/10")
+    ('', '/10')
     """
     if leading := leading_factor(text):
         return leading
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(
-        rf"(?:(?<=[\s\w])(?=[*×·/÷])|(?<=\s)(?=[^\W\d]|@)){_FACTOR.pattern}(?!\w|[.,]\d|\s?(?:[kM]?Hz|m?V)\b)",
+        rf"(?:(?<=[\s\w])(?=[*×·/÷])|(?<=\s)(?=[^\W\d]|@)){_FACTOR.pattern}(?!\w|[.,]\d|/\w|\s?(?:[kM]?Hz|m?V)\b)",
         text,
         re.IGNORECASE,
     )

@@ -55,9 +55,11 @@ from calib.lab.instruments.unit_choice import (
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
+# What instruments beside each other measure; so many rows without a reading in succession are none that was lost.
+_CHANNELS, _PAUSE = ("force", "capacitance", "capacitance_series"), 10
 _STATUS_GOOD = ("0.0", "ok", "normal", "good", "")
 # No flag is set: "0", "+0", "0x00", "00000000".
 _NO_FLAG = re.compile(r"\+?(?:0x|0b)?0+", re.IGNORECASE)
@@ -185,14 +187,19 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         notes += found.notes
         for r, why in found.rows:
             _append(reasons, r, why)
-        # A quantity logged at a lower rate than the others leaves most of its cells empty: that makes no row unusable.
+        # A quantity logged at a lower rate than the others leaves most of its cells empty: that makes no row unusable. Nor
+        # does an instrument that began later than the other, or ended earlier.
         n_empty = int(np.count_nonzero(found.empty))
         if len(reasons) / 2 < n_empty < len(reasons):
             name = sheet.names[column.index]
             notes.append(f'"{name}" has a value in {len(reasons) - n_empty} of {len(reasons)} rows only')
         elif column.quantity in _ESSENTIAL or (column.quantity == "dissipation" and "capacitance_series" in choice.chosen):
+            blocks = _blocks(found.empty) if column.quantity in _CHANNELS else []
+            notes += [_without_value(sheet, column.index, blocks)] if blocks else []
+            paused = {r for first, behind in blocks for r in range(first, behind)}
             for r in np.flatnonzero(found.empty).tolist():
-                _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
+                if r not in paused:
+                    _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
         values[column.quantity] = found.values
     places = {q: index for q, (index, _) in choice.chosen.items()}
     if "quality" in values:
@@ -237,7 +244,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
             good[r] = False
-        for quantity, rows in alone({q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}).items():
+        smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
+        for quantity, rows in alone(smooth, values.get("time")).items():
             column = next(c for c in columns if c.quantity == quantity)
             unit = unit_in_words(sheet, column.index, column.heading, reading)
             for r, near in rows.items():
@@ -333,6 +341,20 @@ def _cells(sheet: Sheet, index: int) -> Sequence[str]:
     if not sheet.cut_short:
         return cells
     return [*cells[:-1], ""]
+
+
+def _blocks(empty: BoolArray) -> list[tuple[int, int]]:
+    """Where cells are empty in many rows in succession: the first row of each such block, and the one behind it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], empty, [False]])))
+    return [(a, b) for a, b in edges.reshape(-1, 2).tolist() if b - a >= _PAUSE and b - a < empty.size]
+
+
+def _without_value(sheet: Sheet, index: int, blocks: Sequence[tuple[int, int]]) -> str:
+    """What to say of rows without readings of a channel, of which the others are used."""
+    first, behind = blocks[0]
+    more = f", nor in {sum(b - a for a, b in blocks[1:])} rows farther down" if len(blocks) > 1 else ""
+    where = f"lines {sheet.lines[first]} to {sheet.lines[behind - 1]}"
+    return f'"{sheet.names[index]}" has no value in {where}{more}: what else these rows hold is used'
 
 
 def _append(reasons: list[str], row: int, reason: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import replace
 from itertools import islice
 
@@ -16,7 +17,8 @@ from calib.lab.instruments.units import looks_like_unit
 
 _PAIR = (
     r"(?P<name>[^\W\d][^\s:=,;|]{0,40}) ?[:=] ?"
-    r"(?P<value>\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?|[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?|nan|inf|over|ovf|ol|-+)"
+    r"(?P<value>(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?|"
+    r"[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?|nan|inf|over|ovf|ol|-+)"
     r"(?: ?(?P<unit>(?![\d.,])[^\s:=,;|]{1,12})(?![^\s,;|]{0,40} ?[:=]))?"
 )
 _ONE = re.compile(_PAIR, re.IGNORECASE)
@@ -24,6 +26,8 @@ _PLAIN = re.sub(r"\?P<\w+>", "", _PAIR)
 _LINE = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})+[\s,;|]*", re.IGNORECASE)
 # Lines above the first one that may say what the logger is, and lines that show that each names its values.
 _ABOVE, _FEWEST = 20, 5
+# Lines that show whether they name one value or several in turn.
+_LOOKED_AT = 200
 
 
 def named_values(text: LabText) -> Sheet | None:
@@ -44,6 +48,8 @@ def named_values(text: LabText) -> Sheet | None:
     first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _LINE.fullmatch(line)), -1)
     seen = [_pairs(line) for line in begin[first : first + _FEWEST]]
     names = [match["name"] for match in seen[0]] if first >= 0 else []
+    if names and (fault := _of_channels_in_turn(text, text.lines.index(begin[first]))) is not None:
+        raise InputError(fault)
     if not names or len(seen) < _FEWEST or any([match["name"] for match in found] != names for found in seen):
         return None
     written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
@@ -85,6 +91,17 @@ def named_values(text: LabText) -> Sheet | None:
     )
     note = f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
     return replace(sheet, notes=(note,), unread=tuple(not_read(sheet, [n - 1 for n, _ in written[:first]], "above the rows")))
+
+
+def _of_channels_in_turn(text: LabText, first: int) -> Fault | None:
+    """What to say of lines that name one value each besides their time, of several in turn; None if they do not."""
+    named = [tuple(match["name"] for match in _pairs(line)) for line in text.lines[first : first + _LOOKED_AT] if line.strip()]
+    often = [names for names, count in Counter(named).items() if len(names) == 2 and count >= max(_FEWEST, len(named) / 10)]
+    if len(often) < 2 or len({names[0] for names in often}) > 1:
+        return None
+    listed = ", ".join(f'"{names[1]}"' for names in often)
+    advice = f"Save the lines of the one that is meant in a file of their own, such as those with {often[0][1]}"
+    return Fault(f"lines name one value each, of {len(often)} in turn: {listed}", text.path, first + 1, advice=advice)
 
 
 def _pairs(line: str) -> list[re.Match[str]]:

@@ -86,7 +86,8 @@ def _shown(mark: str) -> _Shown:
     point, apart = re.escape(mark), re.escape(_OTHER[mark])
     sign = rf"\n[ \t]*[{SIGNS}]?"
     end = rf"(?:{EXPONENT})?[ \t]*$"
-    twice = rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}"  # the other mark twice: it sets thousands apart
+    indian = r"|[1-9]\d?(?:,\d{2})+,\d{3}" if mark == "." else ""  # thousands, and hundreds of them
+    twice = rf"(?:[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{indian}){end}"  # the other mark twice: it sets thousands apart
     cut = rf"[1-9]\d{{0,2}}{point}\d{{0,2}}[ \t]*$"
     longer = rf"[1-9]\d{{0,2}}{point}\d{{4,}}[ \t]*$"
     whole = "|".join(

@@ -49,6 +49,8 @@ def _grammar(mark: str, other: str) -> str:
     point = re.escape(mark)
     plain = rf"\d++(?:{point}\d*+)?+|{point}\d++"
     grouped = rf"[1-9]\d{{0,2}}+(?:[{other}{SPACES}]\d{{3}})++(?:{point}\d*+)?+"
+    if mark == ".":  # 1,06,600 as in India: thousands, and hundreds of them
+        grouped = rf"[1-9]\d?+(?:,\d{{2}}(?=,))++,\d{{3}}(?:{point}\d*+)?+|{grouped}"
     return rf"[ \t]*+[{SIGNS}]?+(?:{grouped}|{plain})(?:{EXPONENT})?+[ \t]*+"
 
 
@@ -89,6 +91,16 @@ def is_over_range(cell: str) -> bool:
     (True, True, False)
     """
     return _OVER_WORD.fullmatch(cell.strip()) is not None
+
+
+def is_dashes(cell: str) -> bool:
+    """Whether a cell is two dashes or more: no reading, be it over-range or between those of a slower instrument."""
+    return len(cell := cell.strip()) > 1 and not cell.strip("-")
+
+
+def is_hidden(cell: str) -> bool:
+    """Whether a cell shows what a spreadsheet program does in place of a number for which its column is too narrow."""
+    return len(cell := cell.strip()) > 1 and not cell.strip("#")
 
 
 def is_missing(cell: str) -> bool:

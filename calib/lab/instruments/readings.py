@@ -12,7 +12,7 @@ from calib.errors import Fault, capped
 from calib.lab.instruments.cut_short import cut_short, misprinted
 from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_missing, to_numbers
+from calib.lab.instruments.numbers import is_dashes, is_hidden, is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import above_the_record, clock_of, gone_on, out_of_order, time_faults, time_notes
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
@@ -30,6 +30,9 @@ DAMAGED = (
     "A spreadsheet program may have damaged the numbers: export the file again from the instrument's software, with a decimal "
     "point and without thousands separators"
 )
+
+#: How the reason begins where a spreadsheet program wrote what it showed in place of a number.
+TOO_NARROW = "the column was too narrow in the spreadsheet for its number:"
 
 
 @dataclass(frozen=True)
@@ -121,10 +124,20 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         ],
         "cells are not numbers",
     )
-    rows += [(r, f"over-range {cells[r].strip()}") for r in np.flatnonzero(over).tolist()]
+    dashes = np.array([is_dashes(cells[r]) for r in np.flatnonzero(over).tolist()], dtype=bool)
+    if len(cells) / 2 < np.count_nonzero(empty) + np.count_nonzero(dashes) < len(cells):
+        # A meter that is slower than what is beside it has no reading in most rows: that is none over its range.
+        empty[np.flatnonzero(over)[dashes]] = True
+        over &= ~empty
+    rows += [(r, _without_reading(cells[r].strip())) for r in np.flatnonzero(over).tolist()]
     if column.clock:
         notes.append(f'time is taken from the time of day in "{name}"')
     return Readings(_times(number, column.factor), empty, tuple(rows), tuple(notes), tuple(faults))
+
+
+def _without_reading(cell: str) -> str:
+    """Why a row is not used whose cell shows that there is no number."""
+    return f"{TOO_NARROW} {cell}" if is_hidden(cell) else f"over-range {cell}"
 
 
 def _last_digit(sheet: Sheet, column: ReadColumn, cell: str, decimals: int) -> str:

@@ -65,22 +65,51 @@ _MOST_LOOKED_AT = 120
 _REPEATED, _WHOLE, _ABOUT = 0.05, 1e-3, 1.001
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
+# A gap counts as so many rows that are missing at most: a course is not followed over more.
+_MOST_MISSING = 8
 
 
-def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
+def alone(values: Mapping[str, FloatArray], time: FloatArray | None = None) -> dict[str, dict[int, float]]:
     """Find readings that leave those beside them and come back at once, as nothing does that a tester presses on.
 
     At a turn, a touch or a snap the steps beside a reading are as large as its own, and it is left alone; and so is what force
-    and capacitance show both, as something has happened then. No crosshead comes back at once.
+    and capacitance show both, as something has happened then. No crosshead comes back at once. Where rows are missing, or were
+    written at uneven times, a reading that goes on as those beside it over time does not stand alone.
 
     Parameters
     ----------
     values : quantity -> readings, nan where there is none, (n_row,).
+    time : when, in any unit, nan where it is not known, (n_row,); None where no time is read.
 
     Returns
     -------
     Quantity -> row -> what the readings beside it are near to, in their unit.
     """
+    found = _alone(values)
+    if not found or time is None or (places := _places(time)) is None:
+        return found
+    spread = {q: np.full(int(places[-1]) + 1, np.nan) for q in values}
+    for quantity, own in spread.items():
+        own[places] = values[quantity]
+    over_time = _alone(spread)
+    near = {q: {r: over_time.get(q, {}).get(int(places[r])) for r in rows} for q, rows in found.items()}
+    told = {q: {r: v for r, v in rows.items() if v is not None} for q, rows in near.items()}
+    return {q: rows for q, rows in told.items() if rows}
+
+
+def _places(time: FloatArray) -> IntArray | None:
+    """Where each row stands if none were missing, by the usual step of time; None if none are, or time does not tell."""
+    steps = np.diff(time)
+    forward = steps[steps > 0]
+    if not forward.size:
+        return None
+    usual = float(np.median(forward))
+    apart = np.clip(np.nan_to_num(np.rint(steps / usual), nan=1.0), 1, 1 + _MOST_MISSING).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(apart)]) if np.any(apart > 1) else None
+
+
+def _alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
+    """Find readings that stand alone, row by row, as `alone` does."""
     channels = {q: values[q] for q in SMOOTH if q in values}
     found = {q: _runs_of(y) for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}

@@ -14,14 +14,17 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import with_comments_as_names, with_signals_named
+from calib.lab.instruments.stamps import with_stamps_in_cells
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
 
-# Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
-_LEGACY = ("latin-1", "cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+# Encodings of instruments' software besides Unicode and the Western ones, in the order in which a draw is decided.
+_LEGACY = ("cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
+# Bytes that are signs in the Western encoding of Windows, a dash or a quotation mark, and none in Latin-1.
+_OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _LONGEST_LINE = 20_000
@@ -50,8 +53,8 @@ _OTHER_MARKS = {"\u066b": ".", "\u066c": "'", "\uff0e": ".", "\uff0d": "-", "\uf
 _FEWEST_NUMBERS = 9
 # A line in quotes as a whole, those within it written twice.
 _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
-# What the serial monitor of Arduino writes before each line, and the name of the column that this becomes.
-_STAMP, _OF_STAMPS = re.compile(r"\s*(?P<stamp>\d{2}:\d{2}:\d{2}(?:\.\d{1,6})?) -> ?"), "received"
+# A time before a line, as terminals write it.
+_MAY_BE_STAMPED = re.compile(r"^[ \t]*(?:\d[^>\n]{4,40}>|\[[^\n]{0,30}\d:\d\d)", re.MULTILINE)
 # Characters at the beginning among which the list of signals ends.
 _OF_SIGNALS = 20_000
 # As many bytes as hold no line of that length without a line end, in any encoding.
@@ -110,8 +113,9 @@ def require_readable(path: Path) -> None:
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
-    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1,
-    another code page, GBK, Shift-JIS, EUC-KR or Big5, whichever makes most of its words column names or units.
+    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1 (or as
+    that of Windows, if signs stand in it that only this has, such as a dash), another code page, GBK, Shift-JIS, EUC-KR or
+    Big5, whichever makes most of its words column names or units.
 
     Raises
     ------
@@ -177,9 +181,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
-    if "->" in text and (stamped := _with_stamps_in_cells(text.split("\n"))):
-        text = "\n".join(stamped)
-        notes.append('a time and "->" stand before every line, as a serial monitor writes them: these times are a column')
+    if _MAY_BE_STAMPED.search(text, 0, _OF_SIGNALS):
+        stamped, note = with_stamps_in_cells(text.split("\n"))
+        text, notes = ("\n".join(stamped), [*notes, note]) if stamped else (text, notes)
     if "startofdata" in text[:_OF_SIGNALS].lower() and (named := with_signals_named(text.split("\n"))):
         text = "\n".join(named)
         notes.append('the columns are named by the list of signals ("Sig1" and so on) above "StartOfData"')
@@ -194,22 +198,6 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
         if n_cell:
             notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
     return text, tuple(notes)
-
-
-def _with_stamps_in_cells(lines: list[str]) -> list[str]:
-    """The lines with the stamps before "->" in a cell of their own; [] if one has none, or no mark stands between cells."""
-    found = [_STAMP.match(line) for line in lines]
-    if not any(found) or any(match is None and line.strip() for match, line in zip(found, lines, strict=True)):
-        return []
-    rest = [line[match.end() :] if match is not None else "" for match, line in zip(found, lines, strict=True)]
-    last = next((line for line in reversed(rest) if line.strip()), "")
-    mark = next((mark for mark in "\t;," if mark in last), "")
-    if not mark:
-        return []
-    return [
-        f"{match['stamp'] if line[:1] in '-+.' or line[:1].isdigit() else _OF_STAMPS}{mark}{line}" if match is not None else ""
-        for match, line in zip(found, rest, strict=True)
-    ]
 
 
 def _unquoted(lines: list[str]) -> list[str]:
@@ -313,8 +301,18 @@ def _legacy(data: bytes) -> list[str]:
                 count += _is_understood(cell)
         return count
 
-    scores = {encoding: understood(encoding) for encoding in _LEGACY}
-    return sorted(_LEGACY, key=lambda encoding: -scores[encoding])
+    western = "cp1252" if _OF_WINDOWS.search(data) and _is_in(data, "cp1252") else "latin-1"
+    encodings = (western, *_LEGACY)
+    scores = {encoding: understood(encoding) for encoding in encodings}
+    return sorted(encodings, key=lambda encoding: -scores[encoding])
+
+
+def _is_in(data: bytes, encoding: str) -> bool:
+    try:
+        data.decode(encoding)
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _is_understood(cell: str) -> bool:

@@ -157,3 +157,24 @@ def test_a_crosshead_in_other_words_and_symbols_of_instruments_are_taken(tmp_pat
     table = read(tmp_path, f"Time (s),{names[0]},Force (N),{names[1]}", TIME, DEPTH, FORCE, CAPACITANCE)
     assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
     assert any(names[0] in note and "the only column in mm" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("path", ["dev3456/imps/0/sample.param1", "/dev1/demods/2/sample.x", "rig/adc/3/c"])
+def test_the_path_of_a_signal_says_nothing_and_holds_no_factor(tmp_path: Path, path: str) -> None:
+    rows = [f"{t:.1f},{c * 1e-12:.6e},{1e6 + f:.3f}" for t, c, f in zip(TIME, CAPACITANCE, FORCE, strict=True)]
+    file = tmp_path / "lab.csv"
+    file.write_text("\n".join([f"Time (s),{path} (F),{path}b (Ohm)", *rows, ""]))
+    for reading in (Reading(), Reading(columns={"capacitance": "2"})):
+        table = read_lab_file(file, reading)
+        assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, rtol=1e-6)
+    assert any("the only column in F" in note for note in read_lab_file(file, Reading()).notes)
+
+
+@pytest.mark.parametrize("names", [("dev1/imps/0/a", "dev1/imps/1/a"), ("dev1/imps/0/max", "T"), ("C/10", "T")])
+def test_two_paths_in_one_unit_and_what_is_computed_are_asked_about(tmp_path: Path, names: tuple[str, str]) -> None:
+    file = tmp_path / "lab.csv"
+    rows = [f"{t:.1f},{c:.4f},{c + 1:.4f}" for t, c in zip(TIME, CAPACITANCE, strict=True)]
+    units = ("pF", "pF" if names[1] != "T" else "K")
+    file.write_text("\n".join([f"Time (s),{names[0]} ({units[0]}),{names[1]} ({units[1]})", *rows, ""]))
+    with pytest.raises(InputError):
+        read_lab_file(file, Reading())

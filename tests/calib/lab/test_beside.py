@@ -136,6 +136,38 @@ def test_units_in_a_small_table_beside_the_rows_are_those_of_its_values(
         assert any(note.startswith("a small table beside the rows is left out") for note in table.notes)
 
 
+PARAMETERS = [("Ball radius (mm)", 6.35), ("Thickness (mm)", 6), ("Load cell", "10 N"), ("Speed (mm/s)", 0.1)]
+
+
+@pytest.mark.parametrize("names", [("Parameter", "Value"), ("Setting", "of this test"), PARAMETERS[0]])
+@pytest.mark.parametrize("before", [True, False])
+def test_parameters_beside_the_table_are_left_out_with_a_note(tmp_path: Path, names: tuple[Any, Any], before: bool) -> None:
+    own = [names, *(p for p in PARAMETERS if p != names)]
+    table_rows = [list(NAMES), *map(list, ROWS)]
+    beside = [[*own[r]] if r < len(own) else [None, None] for r in range(len(table_rows))]
+    rows = [[*b, None, *row] if before else [*row, None, *b] for row, b in zip(table_rows, beside, strict=True)]
+    for path in (as_book(tmp_path / "a.xlsx", {"Data": rows}), as_csv(tmp_path / "a.csv", rows)):
+        table = read_lab_file(path)
+        assert_press(table)
+        assert any(note.startswith("a small table beside the rows is left out") for note in table.notes)
+        assert any(str(names[0]) in part.what for part in table.unread)
+
+
+@pytest.mark.parametrize("own", [("Load gain", 10), ("Force range", "x10"), ("Units", "mN"), ("Force in mN", 1), ("mN", 1)])
+def test_parameters_that_speak_of_the_readings_are_refused_still(tmp_path: Path, own: tuple[Any, Any]) -> None:
+    beside = {1: ("Thickness (mm)", 6), 2: own}
+    rows = with_cells(beside, ("Parameter", "Value"))
+    refusal(as_book(tmp_path / "a.xlsx", {"Data": rows}))
+
+
+@pytest.mark.parametrize("apart", [0, 1])
+def test_remarks_right_beside_the_record_are_no_parameters(tmp_path: Path, apart: int) -> None:
+    beside = {1: ("Thickness (mm)", 6), 60: ("Load (mN)",)}
+    assert "another unit or range" in refusal(
+        as_book(tmp_path / "a.xlsx", {"Data": with_cells(beside, ("Remark", "n"), apart)})
+    )
+
+
 @pytest.mark.parametrize(
     "cells",
     [

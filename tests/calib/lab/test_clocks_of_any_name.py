@@ -39,7 +39,7 @@ def form(pattern: str) -> Callable[[int], str]:
     return lambda i: stamp(i).strftime(pattern.replace("%f3", f"{stamp(i).microsecond // 1000:03d}"))
 
 
-@pytest.mark.parametrize("head", ["Datum/Zeit", "Date", "Date and time", "When", "日時", ""])
+@pytest.mark.parametrize("head", ["Datum/Zeit", "Date", "Date and time", "When", "いつ", ""])
 @pytest.mark.parametrize(
     "pattern", ["%d.%m.%Y %H:%M:%S.%f3", "%y-%m-%d %H:%M:%S.%f3", "%Y-%m-%dT%H:%M:%S.%f3Z", "%d-%b-%Y %H:%M:%S.%f3"]
 )

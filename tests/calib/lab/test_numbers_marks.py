@@ -246,3 +246,57 @@ def test_millions_beside_numbers_of_another_form_prove_no_thousands(tmp_path: Pa
     path.write_text(_quoted_rows([*_IN_MILLIONS[:-1], odd], ["6,988"] * 10))
     with pytest.raises(InputError, match="decimal mark"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-8"])
+def test_a_dash_of_windows_is_a_minus_and_its_apostrophe_sets_thousands_apart(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "lab.csv"
+    force = [f"{i * 31.7:.1f}" for i in range(N)]
+    swiss = [f"{f[:-5]}’{f[-5:]}" if len(f) > 5 else f for f in force]
+    rows = [f"{t};–{d};{f}" for t, d, f in zip(TIME, DEPTH, swiss, strict=True)]
+    path.write_bytes("\n".join(["Zeit [s];Weg [mm];Kraft [mN]", *rows, ""]).encode(encoding))
+    table = read_lab_file(path, Reading())
+    assert table.encoding == encoding
+    assert table.columns["displacement"].tolist() == pytest.approx([-float(d) * 1e-3 for d in DEPTH])
+    assert table.columns["force"].tolist() == pytest.approx([float(f) * 1e-3 for f in force])
+
+
+@pytest.mark.parametrize(
+    ("head", "encoding"),
+    [
+        ("Time (s);Extension (µm);Load (N)", "latin-1"),
+        ("Prüfer: „Meier“ – Halle 3\nZeit (s);Weg (µm);Kraft (N)", "cp1252"),
+        ("Время (с);Перемещение (мм);Сила (Н)", "cp1251"),
+        ("時間(s);変位(mm);荷重(N)", "cp932"),
+        ("日時;変位(mm);荷重(N)", "cp932"),
+        ("測定時間(s);変位(mm);荷重(N)", "cp932"),
+    ],
+)
+def test_signs_of_windows_are_read_where_no_other_encoding_makes_more_words(tmp_path: Path, head: str, encoding: str) -> None:
+    path = tmp_path / "lab.csv"
+    clock = "日時" in head
+    stamps = [f"2024/05/02 12:30:{float(t):04.1f}" if clock else t for t in TIME]
+    rows = [";".join(row) for row in zip(stamps, DEPTH, DEPTH, strict=True)]
+    path.write_bytes("\n".join([head, *rows, ""]).encode(encoding))
+    table = read_lab_file(path, Reading())
+    assert {"time", "displacement", "force"} <= table.columns.keys()
+    assert table.encoding == {"cp932": "shift-jis"}.get(encoding, encoding)
+    assert all(ord(c) < 0x80 or ord(c) > 0x9F for c in " ".join((*table.sources.values(), *table.notes)))
+
+
+@pytest.mark.parametrize("sep", [";", "\t"])
+def test_hundreds_of_thousands_may_be_set_apart_as_in_india(tmp_path: Path, sep: str) -> None:
+    def indian(n: int) -> str:
+        return f"{n // 100_000},{n % 100_000 // 1000:02d},{n % 1000:03d}" if n > 99_999 else f"{n:,}"
+
+    nm = [9700 * i for i in range(N)]
+    table = read_lab_file(
+        written(tmp_path, f"Time (s){sep}Displacement (nm){sep}Force (N)", TIME, [*map(indian, nm)], DEPTH, sep=sep)
+    )
+    assert table.columns["displacement"].tolist() == pytest.approx([n * 1e-9 for n in nm])
+
+
+@pytest.mark.parametrize("odd", ["1,6,600", "01,06,600", "1,06,60", "1.06.600"])
+def test_groups_of_no_country_are_no_number(tmp_path: Path, odd: str) -> None:
+    cells = [*(f"{9700 * i:,}" for i in range(N - 1)), odd]
+    assert odd in refusal(written(tmp_path, "Time (s);Displacement (nm);Force (N)", TIME, cells, DEPTH), Reading(decimal="."))

@@ -14,6 +14,7 @@ from models.sensor import FloatArray
 
 N = 160
 RNG = np.random.default_rng(5)
+TIME: FloatArray = 0.3 * np.arange(N, dtype=np.float64)
 TURN = 1 - np.abs(np.linspace(-1, 1, N))
 DEPTH = 1.15 * TURN
 FORCE = 8 * np.maximum(DEPTH - 0.15, 0.0) ** 1.5 + 0.002 * RNG.standard_normal(N)
@@ -213,3 +214,31 @@ def test_a_damaged_cell_near_the_turn_of_a_short_press_is_left_out_and_the_press
         path = tmp_path / "press.csv"
         path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
         assert _left_out(read_lab_file(path)) == ([turn + row] if damaged else [])
+
+
+@pytest.mark.parametrize("missing", [(3,), (2, 3), (8,), (20, 21, 22), (79, 80), (100, 130)])
+@pytest.mark.parametrize("noise", [0.0, 5e-5])
+def test_no_reading_beside_missing_rows_stands_alone_where_it_goes_on_over_time(missing: tuple[int, ...], noise: float) -> None:
+    there = ~np.isin(np.arange(N), missing)
+    depth = DEPTH + noise * np.random.default_rng(3).standard_normal(N)
+    values = {"displacement": np.round(depth[there], 4), "force": FORCE[there], "capacitance": CAP[there]}
+    assert alone(values, TIME[there]) == {}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_reading_stands_alone_where_rows_are_lost_at_random(seed: int) -> None:
+    there = np.random.default_rng(seed).random(N) > 0.02 * (1 + seed)
+    values = {"displacement": np.round(DEPTH[there], 4), "force": FORCE[there], "capacitance": CAP[there]}
+    assert alone(values, TIME[there]) == {}
+
+
+@pytest.mark.parametrize("quantity", ["force", "displacement", "capacitance"])
+@pytest.mark.parametrize("missing", [(40,), (18, 19), (96,)])
+def test_a_damaged_digit_is_left_out_beside_missing_rows_too(quantity: str, missing: tuple[int, ...]) -> None:
+    there = ~np.isin(np.arange(N), missing)
+    values = {q: np.round(v[there], 4) for q, v in VALUES.items()}
+    for row in (20, 41, 100):
+        at = int(np.count_nonzero(there[:row]))
+        damaged = values[quantity].copy()
+        damaged[at] += {"force": 0.5, "displacement": 0.05, "capacitance": 0.6}[quantity]
+        assert alone(values | {quantity: damaged}, TIME[there]).keys() == {quantity}
