@@ -91,6 +91,12 @@ _OVER_POWER = re.compile(
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
+# What a converter, an encoder or a motor counts, and words that stand beside it: "raw ADC counts", "encoder ticks".
+_COUNTED = re.compile(
+    r"(?:counts?|cts?|cnts?|raw|bits?|digits?|ticks?|(?:micro-?)?steps?|puls(?:es?)?|impulses?|increments?|incr|adc|adu|lsb|codes?|"
+    r"inkremente?|schritte|rohwerte?|rohdaten|brut|crudo|grezzo|pasos?|passi)"
+)
+_BESIDE_COUNTED = re.compile(r"encoder|motor|stepper|sensor|values?|units?|readings?|data|a/d|\d{1,2}")
 #: Letters of a name that may be understood.
 LONGEST = 120
 # "C" and "F" are units too, as are "A" and "V".
@@ -324,6 +330,17 @@ def is_remark(text: str) -> bool:
     """Whether a bracket is a remark of known words that changes nothing: measured, absolute, load cell."""
     parts = words_in(text)
     return bool(parts) and all(p in REMARKS for p in parts)
+
+
+def are_counts(text: str) -> bool:
+    """Whether what stands in the place of a unit says that readings are counts, in no unit.
+
+    >>> are_counts("raw ADC counts"), are_counts("24 bit"), are_counts("raw force"), are_counts("N")
+    (True, True, False, False)
+    """
+    parts = [w for w in re.split(r"[\s_,;:()\[\]]+", text.lower()) if w] if len(text) <= LONGEST else []
+    named = any(_COUNTED.fullmatch(w) for w in parts)
+    return named and all(_COUNTED.fullmatch(w) or _BESIDE_COUNTED.fullmatch(w) for w in parts)
 
 
 def no_record(text: str) -> str:

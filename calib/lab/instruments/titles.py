@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import islice, zip_longest
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.brackets import usual_case
+from calib.lab.instruments.brackets import are_counts, usual_case
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.instrument_words import instrument_words
@@ -203,6 +203,10 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
     fitting = [_fits(n, c) for n, c in zip(names, units, strict=False)]
     if sum(fit is True for fit in fitting) > 1 and False not in fitting and not any(map(_is_reading, there)):
         return tuple(unit if fit else "" for unit, fit in zip(units, fitting, strict=False))
+    # Counts of a converter are in no unit: "s,counts,N,steps,mm".
+    of_counts = [own is None and are_counts(c) for c, own in zip(cells, read, strict=True)]
+    if any(of_counts) and all(is_count or own is not None for is_count, own in zip(of_counts, read, strict=True)):
+        return units if any(u and looks_like_unit(u) for u in units) else None
     # A remark may stand among them, in the last of several cells.
     known = sum(bool(u) and looks_like_unit(u) for u in units)
     wordy = [c for c, own in zip(cells, read, strict=True) if c.strip() and own is None]

@@ -1,0 +1,96 @@
+"""Columns of raw counts, lines of comments below a header, and a quantity that stands twice, once rounded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 120
+PLACE = np.round(0.009 * np.minimum(np.arange(N), N - 1 - np.arange(N)), 4)
+LOAD = np.round(3.0 * np.maximum(0.0, PLACE - 0.06) ** 1.5 + 0.001 * (np.arange(N) % 3 - 1), 4)
+CAP = np.round(97.4 + LOAD / 3, 4)
+T, D, F, C = ([f"{x:.{digits}f}" for x in v] for v, digits in ((0.1 * np.arange(N), 1), (PLACE, 4), (LOAD, 4), (CAP, 4)))
+F_COUNTS, D_COUNTS, C_COUNTS = ([f"{x:.0f}" for x in v] for v in (8e6 + 5e4 * LOAD, 800 * PLACE, 1e5 * CAP))
+
+
+def read(folder: Path, head: Sequence[str], rows: Sequence[Sequence[str]], sep: str = ",", **said: Any) -> LabTable:
+    path = folder / "press.csv"
+    path.write_text("\n".join([*head, *(sep.join(row) for row in zip(*rows, strict=True)), ""]), encoding="utf-8")
+    return read_lab_file(path, Reading(**said))
+
+
+def refusal(*of: Any, **said: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        read(*of, **said)
+    return str(caught.value)
+
+
+def assert_right(table: LabTable) -> None:
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * PLACE, atol=1e-12)
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=1e-12)
+    np.testing.assert_allclose(table.columns["time"], 0.1 * np.arange(N), atol=1e-12)
+    assert not any(table.reasons)
+
+
+def unread(table: LabTable) -> Mapping[str, str]:
+    return {u.what: u.reason for u in table.unread}
+
+
+# --- counts ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Time (s),Force (counts),Force (N),Displacement (steps),Displacement (mm)"],
+        ["Time (s),Load (raw),Load (N),Position (raw),Position (mm)"],
+        ["Time (s),Force (ADC counts),Force (N),Position (encoder ticks),Position (mm)"],
+        ["Time [s],Kraft [Digits],Kraft [N],Weg [Schritte],Weg [mm]"],
+        ["Time (s),Force (24 bit),Force (N),Travel (pulses),Travel (mm)"],
+        ["Time (s),Force_raw,Force_N,Position_raw,Position_mm"],
+        ["Time,Force,Force,Displacement,Displacement", "s,counts,N,steps,mm"],
+        ["Time,Force,Force,Displacement,Displacement", "s,raw,N,raw,mm"],
+        ["Time (s),Force (V),Force (N),Displacement (V),Displacement (mm)"],
+        ["Time,Force,Force,Displacement,Displacement", "s,mV,N,V,mm"],
+    ],
+)
+def test_counts_beside_a_quantity_in_its_unit_are_no_second_specimen(tmp_path: Path, head: list[str]) -> None:
+    table = read(tmp_path, head, [T, F_COUNTS, F, D_COUNTS, D])
+    assert_right(table)
+    assert {what[:8] for what in unread(table) if what.startswith("column")} == {"column 2", "column 4"}
+
+
+def test_counts_of_one_quantity_or_of_three_are_named_as_not_read(tmp_path: Path) -> None:
+    names = ["Time (s),Force (counts),Force (N),Stepper (steps),Displacement (mm),C (counts),C (pF)"]
+    table = read(tmp_path, names, [T, F_COUNTS, F, D_COUNTS, D, C_COUNTS, C])
+    assert_right(table)
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAP, rtol=1e-12)
+    told = unread(table)
+    assert told['column 2 "Force (counts)"'] == 'counts ("counts"), no force in a unit: "Force (N)" is the force'
+    assert 'counts ("counts")' in told['column 6 "C (counts)"']
+    assert_right(read(tmp_path, ["Time (s),Force (counts),Force (N),Displacement (mm)"], [T, F_COUNTS, F, D]))
+
+
+def test_counts_that_the_user_means_are_read_beside_a_column_in_a_unit(tmp_path: Path) -> None:
+    names = ["Time (s),Force (counts),Force (N),Displacement (mm)"]
+    said, unit = {"force": "Force (counts)"}, {"force": "0.00002 N"}
+    table = read(tmp_path, names, [T, F_COUNTS, F, D], columns=said, units=unit)
+    np.testing.assert_allclose(table.columns["force"] - 160, LOAD, atol=2e-5)
+
+
+def test_counts_alone_are_asked_about_and_raw_readings_with_a_unit_are_readings(tmp_path: Path) -> None:
+    assert "counts" in refusal(tmp_path, ["Time (s),Force (counts),Displacement (mm)"], [T, F_COUNTS, D])
+    assert_right(read(tmp_path, ["Time (s),Force (raw) (N),Displacement (mm)"], [T, F, D]))
+    assert_right(read(tmp_path, ["Time,Force (raw),Displacement", "s,N,mm"], [T, F, D]))
+
+
+def test_two_specimens_side_by_side_are_told_beside_counts(tmp_path: Path) -> None:
+    names = ["Time (s),Force (counts),Force (N),Displacement (mm),Time (s),Force (counts),Force (N),Displacement (mm)"]
+    assert "specimen" in refusal(tmp_path, names, [T, F_COUNTS, F, D, T, F_COUNTS, F[::-1], D])
