@@ -94,3 +94,61 @@ def test_counts_alone_are_asked_about_and_raw_readings_with_a_unit_are_readings(
 def test_two_specimens_side_by_side_are_told_beside_counts(tmp_path: Path) -> None:
     names = ["Time (s),Force (counts),Force (N),Displacement (mm),Time (s),Force (counts),Force (N),Displacement (mm)"]
     assert "specimen" in refusal(tmp_path, names, [T, F_COUNTS, F, D, T, F_COUNTS, F[::-1], D])
+
+
+# --- lines below the header ----------------------------------------------------------------------------------------------
+
+UNITS_IN_NAMES = ["Time (s)\tDisplacement (mm)\tForce (N)"]
+UNITS_BELOW = ["Time\tDisplacement\tForce", "s\tmm\tN"]
+
+
+@pytest.mark.parametrize("head", [UNITS_IN_NAMES, UNITS_BELOW])
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("press 3\tpress 3\tpress 3", "one comment on all columns"),
+        ("\tpress 1\tpress 1", "one comment on all columns"),
+        ("foam_12\tfoam_12\tfoam_12", "one comment on all columns"),
+        ("pilot run\tpilot run\tpilot run", "one comment on all columns"),
+        ("float\tfloat\tfloat", "types of the columns"),
+        ("timestamp\tDOUBLE\tDOUBLE", "types of the columns"),
+        ("float64\tfloat64\tfloat64", "types of the columns"),
+        ("-\tSN 4711\tSN 0815", "serial numbers"),
+        ("\tS/N: A1234\tserial no. 00815", "serial numbers"),
+    ],
+)
+def test_a_line_below_names_and_units_that_leaves_columns_what_they_are_is_left_out(
+    tmp_path: Path, head: list[str], line: str, said: str
+) -> None:
+    table = read(tmp_path, [*head, line], [T, D, F], sep="\t")
+    assert_right(table)
+    assert unread(table)[f"line {len(head) + 1}"].startswith(said)
+
+
+@pytest.mark.parametrize("head", [UNITS_IN_NAMES, UNITS_BELOW])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "Time\tForce\tDisplacement",
+        "\tspecimen 1\tspecimen 2",
+        "\tSN 1\tSN 2",
+        "max\tmax\tmax",
+        "x10\tx10\tx10",
+        "x100\tx100\tx100",
+        "kN\tkN\tkN",
+        "setpoint\tsetpoint\tsetpoint",
+    ],
+)
+def test_a_second_line_of_names_or_one_that_may_change_readings_is_refused(tmp_path: Path, head: list[str], line: str) -> None:
+    assert "line" in refusal(tmp_path, [*head, line], [T, D, F], sep="\t")
+
+
+@pytest.mark.parametrize("line", ["Clock\tLeft\tRight", "\t".join(["compression negative"] * 3)])
+def test_words_below_names_with_units_that_may_mean_something_else_are_refused(tmp_path: Path, line: str) -> None:
+    assert "another header" in refusal(tmp_path, [*UNITS_IN_NAMES, line], [T, D, F], sep="\t")
+
+
+def test_a_line_below_names_without_units_is_refused_as_another_header(tmp_path: Path) -> None:
+    assert "another header" in refusal(
+        tmp_path, ["Time\tDisplacement\tForce", "press 1\tpress 1\tpress 1"], [T, D, F], sep="\t"
+    )
