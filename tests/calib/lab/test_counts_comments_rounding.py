@@ -152,3 +152,54 @@ def test_a_line_below_names_without_units_is_refused_as_another_header(tmp_path:
     assert "another header" in refusal(
         tmp_path, ["Time\tDisplacement\tForce", "press 1\tpress 1\tpress 1"], [T, D, F], sep="\t"
     )
+
+
+# --- one quantity, once rounded ------------------------------------------------------------------------------------------
+
+
+def written(values: Any, factor: float, digits: int) -> list[str]:
+    return [f"{x * factor:.{digits}f}" for x in values]
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "finer"),
+    [
+        ("Load (kN)", written(LOAD, 1e-3, 3), "Load (N)"),
+        ("Load (kgf)", written(LOAD, 1 / 9.80665, 2), "Load (N)"),
+        ("Force (N)", written(LOAD, 1, 1), "Load (N)"),
+        ("Load (N)", written(LOAD, 1, 1), "Load (N)"),
+        ("Extension (in)", written(PLACE, 1 / 25.4, 3), "Extension (mm)"),
+        ("Position (cm)", written(PLACE, 0.1, 2), "Extension (mm)"),
+    ],
+)
+@pytest.mark.parametrize("at", [1, 3])
+def test_of_a_quantity_that_stands_twice_and_once_rounded_the_finer_is_read(
+    tmp_path: Path, name: str, column: list[str], finer: str, at: int
+) -> None:
+    names, columns = ["Time (s)", "Extension (mm)", "Load (N)"], [T, D, F]
+    names.insert(at, name)
+    columns.insert(at, column)
+    table = read(tmp_path, [",".join(names)], columns)
+    assert_right(table)
+    assert f'column {at + 1} "{name}"' in unread(table)
+    assert any(f'is taken from "{finer}"; "{name}" is the same, rounded more coarsely' in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("Force (N)", written(LOAD * 1.2, 1, 1)),
+        ("Force (N)", [*written(LOAD[:60], 1, 1), "3.0", *written(LOAD[61:], 1, 1)]),
+        ("Force (N)", written(LOAD + 0.12, 1, 1)),
+        ("Load (kgf)", written(LOAD, 0.105, 2)),
+        ("Position (mm)", written(PLACE + 0.02, 1, 2)),
+        ("Force (N)", written(np.floor(10 * LOAD) / 10, 1, 1)),
+    ],
+)
+def test_columns_that_differ_by_more_than_rounding_are_still_a_choice(tmp_path: Path, name: str, column: list[str]) -> None:
+    table: LabTable | str
+    try:
+        table = read(tmp_path, [f"Time (s),Extension (mm),Load (N),{name}"], [T, D, F, column])
+    except InputError as error:
+        table = str(error)
+    assert "2 columns may be" in table if isinstance(table, str) else not any("rounded" in n for n in table.notes)
