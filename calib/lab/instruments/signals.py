@@ -7,12 +7,16 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
+from calib.lab.instruments.vocabulary import understand
+
 # TA Instruments writes "Sig1<tab>Time (min)", ... and the rows behind a line "StartOfData".
 _SIGNAL = re.compile(r"sig(?P<number>\d{1,2})[\t,;]\s*(?P<name>\S.*?)\s*", re.IGNORECASE)
 _START = "startofdata"
 _ABOVE = 400
 # Hioki writes what the user called a channel above its address: "Comment","Force", below it "Time","U1-1[N]".
 _COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
+# Graphtec lists what the user called the channels, `"CH1","Disp"`, above a header with their addresses, `Number,ms,CH1,CH2`.
+_LISTED = re.compile(r"CH[ _-]?\d{1,3}", re.IGNORECASE)
 _ADDRESS = re.compile(r"(?:CH|[A-Z]{0,2})\d{1,3}(?:[-_][A-Z]{0,2}\d{1,3})?\s*(?P<unit>\[[^\[\]]+\]|\([^()]+\))?", re.IGNORECASE)
 
 
@@ -63,4 +67,36 @@ def with_comments_as_names(lines: Sequence[str]) -> list[str]:
         if any(mark in name or '"' in name for name in named) or not any(name.strip() for name in names[1:]):
             continue
         return [*lines[:i], "", mark.join([addresses[0], *named]), *lines[i + 2 :]]
+    return []
+
+
+def with_channels_named(lines: Sequence[str]) -> list[str]:
+    """The lines with the names that a list gives to channels in the place of their addresses in the header; [] without such.
+
+    A list with fewer than two names that are understood is one of settings.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_channels_named(['"CH1","Disp"', '"CH2","Force"', "No,ms,CH1,CH2", "NO.,ms,mm,N", "1,0,0.0,0.1"])
+    ['', '', 'No,ms,Disp,Force', 'NO.,ms,mm,N', '1,0,0.0,0.1']
+    """
+    mark = next((mark for mark in ",;\t" if any(mark in line for line in lines[:_ABOVE])), ",")
+    named: dict[str, tuple[int, str]] = {}
+    for i, line in enumerate(lines[:_ABOVE]):
+        cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
+        addresses = [cell for cell in cells if _LISTED.fullmatch(cell)]
+        if len(addresses) > 1 and set(addresses) <= named.keys():
+            names = [named[cell][1] if cell in named else cell for cell in cells]
+            known = sum(understand(named[cell][1]) is not None for cell in addresses)
+            if known < 2 or any(mark in name or '"' in name for name in names):
+                return []
+            # A list of names alone looks like a header.
+            lists = {at for cell in addresses for at in [named[cell][0]] if lines[at].count(mark) == 1}
+            return [*("" if k in lists else above for k, above in enumerate(lines[:i])), mark.join(names), *lines[i + 1 :]]
+        if len(cells) < 2 or addresses != cells[:1] or not any(map(str.isalpha, cells[1])):
+            continue
+        if named.setdefault(cells[0], (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
+            return []  # two lists
     return []

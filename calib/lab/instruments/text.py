@@ -13,7 +13,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.numbers import is_numeric
-from calib.lab.instruments.signals import with_comments_as_names, with_signals_named
+from calib.lab.instruments.signals import with_channels_named, with_comments_as_names, with_signals_named
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
@@ -54,6 +54,7 @@ _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 _STAMP, _OF_STAMPS = re.compile(r"\s*(?P<stamp>\d{2}:\d{2}:\d{2}(?:\.\d{1,6})?) -> ?"), "received"
 # Characters at the beginning among which the list of signals ends.
 _OF_SIGNALS = 20_000
+_CHANNEL_LISTED = re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE)
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -186,6 +187,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if "comment" in text[:_OF_SIGNALS].lower() and (named := with_comments_as_names(text.split("\n"))):
         text = "\n".join(named)
         notes.append('channels are named by the line "Comment" above their addresses and units')
+    if _CHANNEL_LISTED.search(text[:_OF_SIGNALS]) and (named := with_channels_named(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append("channels are named by the list of them above the header")
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")

@@ -305,9 +305,8 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
 
     "" if it says something else, or the columns have no names and units. Words that differ may tell columns apart.
     """
-    found = [understand(name, unit) for name, unit in zip_longest(names, units[: len(names)], fillvalue="")]
-    own = [heading.unit or unit or "" for heading, unit in zip_longest(found, units[: len(names)], fillvalue="") if heading]
-    needed = [unit for heading, unit in zip(filter(None, found), own, strict=True) if heading.quantity in NEEDS_UNIT]
+    pairs = [(understand(name, unit), unit) for name, unit in zip(names, [*units, *[""] * len(names)], strict=False)]
+    needed = [heading.unit or unit for heading, unit in pairs if heading is not None and heading.quantity in NEEDS_UNIT]
     said = [cell.strip() for cell in cells if cell.strip(" -–—")]
     if len(said) < 2 or len(cells) > len(names) or len(needed) < 2 or not all(needed):
         return ""

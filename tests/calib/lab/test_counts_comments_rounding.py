@@ -203,3 +203,48 @@ def test_columns_that_differ_by_more_than_rounding_are_still_a_choice(tmp_path: 
     except InputError as error:
         table = str(error)
     assert "2 columns may be" in table if isinstance(table, str) else not any("rounded" in n for n in table.notes)
+
+
+# --- channels that a list names ------------------------------------------------------------------------------------------
+
+OF_LOGGER = ["Vendor,GRAPHTEC Corporation", "CH,Signal name", "CH1,Disp", "CH2,Force", "Data"]
+
+
+def logged(folder: Path, head: Sequence[str]) -> LabTable:
+    names = [*head, "Number,Date&Time,ms,CH1,CH2", "NO.,Time,ms,mm,N"]
+    stamps = [f"2024/12/31 23:59:{40 + i // 10}" for i in range(N)]
+    return read(folder, names, [[str(i + 1) for i in range(N)], stamps, [str(100 * (i % 10)) for i in range(N)], D, F])
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        OF_LOGGER,
+        [f'"{line.replace(",", chr(34) + "," + chr(34))}"' for line in OF_LOGGER],
+        ["CH,Signal name,Input,Range", "CH1,Disp,DC,5V", "CH2,Force,DC,5V", "Data"],
+        ["CH1,Weg", "CH2,Kraft"],
+    ],
+)
+def test_a_short_list_of_the_channels_of_a_logger_names_them_and_is_no_header(tmp_path: Path, head: list[str]) -> None:
+    table = logged(tmp_path, head)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * PLACE, atol=1e-12)
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=1e-12)
+    np.testing.assert_allclose(np.ptp(table.columns["time"]), 11.9, atol=1e-6)
+    assert any("the list of them above the header" in note for note in table.notes)
+
+
+def test_a_list_of_channels_that_names_a_setpoint_makes_no_second_force_of_it(tmp_path: Path) -> None:
+    names = ["CH1,Disp", "CH2,Force", "CH3,Force setpoint", "Number,Date&Time,CH1,CH2,CH3", "NO.,Time,mm,N,N"]
+    stamps = [f"2024/12/31 23:59:{40 + i // 10}.{i % 10}" for i in range(N)]
+    table = read(tmp_path, names, [[str(i + 1) for i in range(N)], stamps, D, F, F[::-1]])
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=1e-12)
+    assert "commanded" in unread(table)['column 5 "Force setpoint"']
+
+
+def test_lists_of_settings_or_two_lists_that_differ_name_no_channel(tmp_path: Path) -> None:
+    for head in (["CH1,DC", "CH2,DC"], ["CH1,Disp", "CH2,Force", "CH1,Force", "CH2,Disp"]):
+        try:
+            notes = logged(tmp_path, head).notes
+        except InputError as error:
+            notes = (str(error),)
+        assert not any("the list of them" in note for note in notes)
