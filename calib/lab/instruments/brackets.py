@@ -21,8 +21,10 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
-# The mark of a footnote behind a unit: "Force (N)*".
-_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$")
+# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)"; of a symbol it may be a part: "C* (pF)".
+_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$|(?<=[^\W\d_]{3})[*†‡§]{1,3}(?=\s*[(\[]|$)")
+# A remark behind the unit: "Force [N], tared".
+_REMARK_BEHIND = re.compile(r"(?P<before>[^,;]*[)\]])\s?[,;]\s*(?P<remark>[^\W\d_][^()\[\]{},;]*)")
 # The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
 _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
 # A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
@@ -136,6 +138,7 @@ def tidy(cell: str) -> str:
         *before, last = of_matlab["name"].split("_")
         if not (before and looks_like_unit(last)):
             return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
+    cell = _REMARK_BEHIND.sub(r"\g<before> (\g<remark>)", cell) if _REMARK_BEHIND.fullmatch(cell) else cell
     cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 

@@ -248,3 +248,66 @@ def test_lists_of_settings_or_two_lists_that_differ_name_no_channel(tmp_path: Pa
         except InputError as error:
             notes = (str(error),)
         assert not any("the list of them" in note for note in notes)
+
+
+# --- names ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ['"Force [N], tared"', '"Force (N); cell 2"', "Force* (N)", "Force† [N]"])
+def test_a_remark_behind_a_unit_and_the_mark_of_a_footnote_leave_a_name_what_it_is(tmp_path: Path, name: str) -> None:
+    assert_right(read(tmp_path, [f"Time (s),Displacement (mm),{name}"], [T, D, F]))
+
+
+@pytest.mark.parametrize(
+    "name", ['"Force [N], max"', '"Force [N], kN"', '"Force (N), x10"', "Force*10 (N)", '"Force [N], setpoint"']
+)
+def test_a_statistic_a_factor_or_another_unit_behind_a_unit_is_none(tmp_path: Path, name: str) -> None:
+    assert "force" in refusal(tmp_path, [f"Time (s),Displacement (mm),{name}"], [T, D, F]).lower()
+
+
+STILL = ["2.00"] * N
+
+
+@pytest.mark.parametrize("names", ["d [mm],x [mm]", "x [mm],y [mm]", "x (mm),y (mm)", "Thickness (mm),x (mm)"])
+def test_of_columns_of_a_length_the_axis_that_alone_moves_is_the_displacement_with_a_note(tmp_path: Path, names: str) -> None:
+    table = read(tmp_path, [f"t [s],{names},F [N]"], [T, STILL, D, F])
+    assert_right(table)
+    assert any("the only column of a length that moves" in note for note in table.notes)
+    assert any("column 2" in what for what in unread(table))
+
+
+@pytest.mark.parametrize(
+    ("names", "rows"),
+    [
+        ("x [mm],y [mm]", [T, D, D[::-1], F]),
+        ("x [mm],y [mm]", [T, STILL, STILL, F]),
+        ("d [mm],Width [mm]", [T, STILL, D, F]),
+        ("y [mm],Note", [T, D, STILL, F]),
+    ],
+)
+def test_two_axes_that_move_or_one_that_is_no_axis_of_a_press_are_asked_about(
+    tmp_path: Path, names: str, rows: list[list[str]]
+) -> None:
+    assert "displacement" in refusal(tmp_path, [f"t [s],{names},F [N]"], rows)
+
+
+def test_units_in_columns_without_a_name_behind_the_values_are_read(tmp_path: Path) -> None:
+    def of(*units: str) -> list[list[str]]:
+        return [column for values, unit in zip((T, D, F), units, strict=True) for column in (values, [unit] * N)]
+
+    table = read(tmp_path, ["Time,,Displacement,,Force,"], of("s", "mm", "N"))
+    assert_right(table)
+    assert '"Force" is in N: column 6 says so in every row' in table.notes
+    np.testing.assert_allclose(read(tmp_path, ["Time,,Displacement,,Force,"], of("s", "mm", "mN")).columns["force"], LOAD / 1e3)
+    assert "has no unit" in refusal(tmp_path, ["Time,,Displacement,,Force,"], of("s", "mm", "a"))
+    mixed = of("s", "mm", "N")
+    mixed[5][60:] = ["kN"] * (N - 60)
+    assert "Force" in refusal(tmp_path, ["Time,,Displacement,,Force,"], mixed)
+
+
+def test_two_capacitances_without_a_press_are_a_choice_of_the_capacitance_alone(tmp_path: Path) -> None:
+    said = refusal(tmp_path, ["t_s,Cx_pF,Cref_pF"], [T, C, written(0 * CAP + 47.018, 1, 3)])
+    assert "no capacitance column among" in said
+    assert "--columns capacitance=Cx_pF" in said
+    assert "no force" not in said
+    assert "no displacement" not in said
