@@ -17,6 +17,11 @@ _ABOVE = 400
 _COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
 # Graphtec lists what the user called the channels, `"CH1","Disp"`, above a header with their addresses, `Number,ms,CH1,CH2`.
 _LISTED = re.compile(r"CH[ _-]?\d{1,3}", re.IGNORECASE)
+# What stands for the readings below a title, and between what was measured and over what it is drawn.
+_OF_PAIR, _OVER = (
+    ("y", "value", "values", "amplitude", "wert", "messwert"),
+    re.compile(r"\s+(?:vs\.?|versus|over)\s+", re.IGNORECASE),
+)
 _ADDRESS = re.compile(r"(?:CH|[A-Z]{0,2})\d{1,3}(?:[-_][A-Z]{0,2}\d{1,3})?\s*(?P<unit>\[[^\[\]]+\]|\([^()]+\))?", re.IGNORECASE)
 
 
@@ -85,7 +90,7 @@ def with_channels_named(lines: Sequence[str]) -> list[str]:
     mark = next((mark for mark in ",;\t" if any(mark in line for line in lines[:_ABOVE])), ",")
     named: dict[str, tuple[int, str]] = {}
     for i, line in enumerate(lines[:_ABOVE]):
-        cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
+        cells = _cells(line, mark)
         addresses = [cell for cell in cells if _LISTED.fullmatch(cell)]
         if len(addresses) > 1 and set(addresses) <= named.keys():
             names = [named[cell][1] if cell in named else cell for cell in cells]
@@ -100,3 +105,41 @@ def with_channels_named(lines: Sequence[str]) -> list[str]:
         if named.setdefault(cells[0], (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
             return []  # two lists
     return []
+
+
+def with_titles_of_pairs(lines: Sequence[str]) -> list[str]:
+    """The lines with the titles above pairs of columns, as of exported curves, in the names of these; [] without such.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_titles_of_pairs(["Load (N) vs Time (s),,Extension (mm) vs Time (s),", "X,Y,X,Y", "0.0,0.1,0.0,0.2"])
+    ['', 'Time (s),Load (N),Time (s),Extension (mm)', '0.0,0.1,0.0,0.2']
+    >>> with_titles_of_pairs(["Load (N),,Extension (mm)", "Time (s),Value,Time (s),Value", "0.0,0.1,0.0,0.2"])[1]
+    'Time (s),Load (N),Time (s),Extension (mm)'
+    """
+    for i, (line, below) in enumerate(pairwise(lines[:_ABOVE])):
+        mark = next((mark for mark in "\t;," if mark in below), ",")
+        titles, pairs = _cells(line, mark), _cells(below, mark)
+        titles += [""] * (len(pairs) - len(titles))
+        if len(pairs) % 2 or not pairs or not all(cell.lower() in _OF_PAIR for cell in pairs[1::2]) or any(titles[1::2]):
+            continue
+        names = [name for title, x in zip(titles[::2], pairs[::2], strict=True) for name in _of_title(title, x)]
+        if len(names) == len(pairs) and all(map(understand, names)) and not any(mark in name or '"' in name for name in names):
+            return [*lines[:i], "", mark.join(names), *lines[i + 2 :]]
+    return []
+
+
+def _of_title(title: str, x: str) -> list[str]:
+    """The names of a pair of columns by its title and the name of the first; fewer where that says it not."""
+    measured, *over = _OVER.split(title)
+    return [*over, measured] if x.lower() == "x" else [x, measured]
+
+
+def _cells(line: str, mark: str) -> list[str]:
+    """The cells of a line between marks; none of a line that cannot be cut."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
+    except csv.Error:
+        return []

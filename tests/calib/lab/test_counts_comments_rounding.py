@@ -311,3 +311,40 @@ def test_two_capacitances_without_a_press_are_a_choice_of_the_capacitance_alone(
     assert "--columns capacitance=Cx_pF" in said
     assert "no force" not in said
     assert "no displacement" not in said
+
+
+# --- titles above pairs of columns -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Displacement (mm) vs Time (s),,Force (N) vs Time (s),", "X,Y,X,Y"],
+        ["Displacement (mm) over Time (s),,Force (N) over Time (s)", "x,y,x,y"],
+        ["Displacement (mm),,Force (N),", "Time (s),Value,Time (s),Value"],
+        ['"Weg [mm]","","Kraft [N]",""', '"Zeit [s]","Wert","Zeit [s]","Wert"'],
+        ["Curves of 12 March", "", "Displacement (mm),,Force (N),", "Time (s),Value,Time (s),Value"],
+    ],
+)
+def test_titles_above_pairs_of_columns_name_them(tmp_path: Path, head: list[str]) -> None:
+    table = read(tmp_path, head, [T, D, T, F])
+    assert_right(table)
+    assert "columns are named by the titles above their pairs" in table.notes
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Displacement (mm),,Force (N),", "X,Y,X,Y"],
+        ["Displacement (mm) vs Time (s),,Force setpoint (N) vs Time (s),", "X,Y,X,Y"],
+        ["Press 1,,Press 2,", "Time (s),Value,Time (s),Value"],
+    ],
+)
+def test_titles_that_leave_a_column_without_a_name_are_refused(tmp_path: Path, head: list[str]) -> None:
+    assert "press.csv" in refusal(tmp_path, head, [T, D, T, F])
+
+
+def test_pairs_of_two_clocks_below_titles_are_refused(tmp_path: Path) -> None:
+    later = [f"{0.13 * i:.2f}" for i in range(N)]
+    head = ["Displacement (mm) vs Time (s),,Force (N) vs Time (s),", "X,Y,X,Y"]
+    assert "time" in refusal(tmp_path, head, [T, D, later, F]).lower()
