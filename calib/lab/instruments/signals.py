@@ -126,7 +126,8 @@ def with_titles_of_pairs(lines: Sequence[str]) -> list[str]:
         if len(pairs) % 2 or not pairs or not all(cell.lower() in _OF_PAIR for cell in pairs[1::2]) or any(titles[1::2]):
             continue
         names = [name for title, x in zip(titles[::2], pairs[::2], strict=True) for name in _of_title(title, x)]
-        if len(names) == len(pairs) and all(map(understand, names)) and not any(mark in name or '"' in name for name in names):
+        known = len(names) == len(pairs) and all((found := understand(name)) is not None and found.unit for name in names)
+        if known and not any(mark in name or '"' in name for name in names):
             return [*lines[:i], "", mark.join(names), *lines[i + 2 :]]
     return []
 
