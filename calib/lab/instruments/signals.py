@@ -17,6 +17,8 @@ _ABOVE = 400
 _COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
 # Graphtec lists what the user called the channels, `"CH1","Disp"`, above a header with their addresses, `Number,ms,CH1,CH2`.
 _LISTED = re.compile(r"CH[ _-]?\d{1,3}", re.IGNORECASE)
+# Igor writes "WAVES/D<tab>time, force" between "IGOR" and "BEGIN".
+_WAVES = re.compile(r"\s*WAVES(?:/[A-Z]+)*[\t ]+(?P<names>[^,\"]+(?:,[^,\"]+)+)", re.IGNORECASE)
 # What stands for the readings below a title, and between what was measured and over what it is drawn.
 _OF_PAIR, _OVER = (
     ("y", "value", "values", "amplitude", "wert", "messwert"),
@@ -136,6 +138,28 @@ def _of_title(title: str, x: str) -> list[str]:
     """The names of a pair of columns by its title and the name of the first; fewer where that says it not."""
     measured, *over = _OVER.split(title)
     return [*over, measured] if x.lower() == "x" else [x, measured]
+
+
+def with_waves_named(lines: Sequence[str]) -> list[str]:
+    """The lines of an Igor text file with the names of its waves as a header; [] if it holds other than one block of waves.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_waves_named(["IGOR", "WAVES/D\\ttime_s, force_N", "BEGIN", "\\t0.0\\t0.1", "END"])
+    ['', 'time_s\\tforce_N', '', '0.0\\t0.1', '']
+    """
+    named = [(i, match) for i, line in enumerate(lines[:_ABOVE]) if (match := _WAVES.fullmatch(line)) is not None]
+    words = [line.strip().upper() for line in lines]
+    if len(named) != 1 or words.count("BEGIN") != 1 or words.count("END") != 1:
+        return []
+    (at, match), start, end = named[0], words.index("BEGIN"), words.index("END")
+    names = [name.strip().strip("'") for name in match["names"].split(",")]
+    if not at < start < end or any(line.strip() for line in lines[at + 1 : start]):
+        return []
+    above = [*lines[1:at], "\t".join(names), *[""] * (start - at)]
+    return ["", *above, *(line.removeprefix("\t") for line in lines[start + 1 : end]), "", *lines[end + 1 :]]
 
 
 def _cells(line: str, mark: str) -> list[str]:

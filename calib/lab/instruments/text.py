@@ -18,6 +18,7 @@ from calib.lab.instruments.signals import (
     with_comments_as_names,
     with_signals_named,
     with_titles_of_pairs,
+    with_waves_named,
 )
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
@@ -196,6 +197,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if _CHANNEL_LISTED.search(text[:_OF_SIGNALS]) and (named := with_channels_named(text.split("\n"))):
         text = "\n".join(named)
         notes.append("channels are named by the list of them above the header")
+    if text[:5].upper() == "IGOR\n" and (named := with_waves_named(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append("the columns are the waves of an Igor text file")
     if _PAIRS.search(text[:_OF_SIGNALS]) and (named := with_titles_of_pairs(text.split("\n"))):
         text = "\n".join(named)
         notes.append("columns are named by the titles above their pairs")

@@ -348,3 +348,14 @@ def test_pairs_of_two_clocks_below_titles_are_refused(tmp_path: Path) -> None:
     later = [f"{0.13 * i:.2f}" for i in range(N)]
     head = ["Displacement (mm) vs Time (s),,Force (N) vs Time (s),", "X,Y,X,Y"]
     assert "time" in refusal(tmp_path, head, [T, D, later, F]).lower()
+
+
+def test_the_waves_of_an_igor_text_file_are_columns(tmp_path: Path) -> None:
+    def waves(names: str, *more: str) -> list[str]:
+        rows = [f"\t{t}\t{d}\t{f}" for t, d, f in zip(T, D, F, strict=True)]
+        return ["IGOR", f"WAVES/D\t{names}", "BEGIN", *rows, "END", *more]
+
+    assert_right(read(tmp_path, waves("time_s, disp_mm, force_N"), []))
+    scale = 'X SetScale/P x 0,0.1,"s", time_s'
+    assert_right(read(tmp_path, waves("'time_s', 'disp_mm', 'force_N'", scale), []))
+    assert "press.csv" in refusal(tmp_path, [*waves("time_s, disp_mm, force_N"), *waves("time_s, disp_mm, force_N")], [])
