@@ -359,3 +359,44 @@ def test_the_waves_of_an_igor_text_file_are_columns(tmp_path: Path) -> None:
     scale = 'X SetScale/P x 0,0.1,"s", time_s'
     assert_right(read(tmp_path, waves("'time_s', 'disp_mm', 'force_N'", scale), []))
     assert "press.csv" in refusal(tmp_path, [*waves("time_s, disp_mm, force_N"), *waves("time_s, disp_mm, force_N")], [])
+
+
+# --- a series capacitance and its resistance --------------------------------------------------------------------------------
+
+RESISTANCE = np.round(150 + 20 * LOAD, 2)
+LOSS = 2 * np.pi * 1e6 * RESISTANCE * 1e-12 * CAP
+RS = [f"{x:.2f}" for x in RESISTANCE]
+
+
+@pytest.mark.parametrize(
+    ("head", "frequency"),
+    [
+        (["Time (s),Cs (pF),Rs (ohm),Frequency (kHz)"], ["1000"] * N),
+        (["Frequency: 1 MHz, 0.5 V", "Time (s),Cs (pF),Rs (ohm)"], None),
+        (["Time (s),Cs @ 1 MHz (pF),ESR (Ω)"], None),
+        (["# f = 1000 kHz", "Time,Cs,Rs", "s,pF,ohm"], None),
+    ],
+)
+def test_a_series_resistance_at_a_known_frequency_gives_the_parallel_capacitance(
+    tmp_path: Path, head: list[str], frequency: list[str] | None
+) -> None:
+    table = read(tmp_path, head, [T, C, RS, *([frequency] if frequency else [])])
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAP / (1 + LOSS**2), rtol=1e-9)
+    np.testing.assert_allclose(table.columns["dissipation"], LOSS, rtol=1e-9)
+    assert any("dissipation is 2 pi f Rs Cs" in note and "1e+06 Hz" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Time (s),Cs (pF),Rs (ohm)"],
+        ["Frequency: 1 kHz to 1 MHz", "Time (s),Cs (pF),Rs (ohm)"],
+        ["Frequency: 1 MHz", "Time (s),Cs (pF),Rp (ohm)"],
+        ["Frequency: 1 MHz", "Time (s),Cs (pF),R (ohm)"],
+        ["Frequency: 50 MHz", "Time (s),Cs (pF),Rs (ohm)"],
+    ],
+)
+def test_a_resistance_that_is_not_told_to_be_in_series_or_without_a_frequency_is_asked_about(
+    tmp_path: Path, head: list[str]
+) -> None:
+    assert "no column D" in refusal(tmp_path, head, [T, C, RS])
