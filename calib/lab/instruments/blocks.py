@@ -224,12 +224,13 @@ def _is_of_numbers(line: str) -> bool:
 def _other_names_needed(sheet: Sheet, at: int) -> Fault:
     """The refusal of rows that the line taken for the header does not part into cells, so that some seem to be text."""
     header = sheet.text.lines[sheet.header_line - 1].strip()[:60] if sheet.header_line else ""
+    n_cell = len([c for c in re.split(r"[\t;,|\s]+", sheet.text.lines[at].strip()) if c])
     return Fault(
         f'"{sheet.text.lines[at].strip()[:80]}" is a row of numbers, and "{header}", taken for the header, names no such',
         sheet.text.path,
         at + 1,
-        advice="Write one line of names with units above the rows, one for each column, as in "
-        '"Displacement (mm),Force (N)", in the place of the lines there',
+        advice=f"Write one line of names with units above the rows, one for each of their {n_cell} cells, as in "
+        '"Displacement (mm),Force (N)" of two, in the place of the lines there',
     )
 
 

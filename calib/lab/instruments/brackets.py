@@ -21,8 +21,10 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
-# The mark of a footnote behind a unit: "Force (N)*".
-_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$")
+# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)"; of a symbol it may be a part: "C* (pF)".
+_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$|(?<=[^\W\d_]{3})[*†‡§]{1,3}(?=\s*[(\[]|$)")
+# A remark behind the unit: "Force [N], tared".
+_REMARK_BEHIND = re.compile(r"(?P<before>[^,;]*[)\]])\s?[,;]\s*(?P<remark>[^\W\d_][^()\[\]{},;]*)")
 # The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
 _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
 # A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
@@ -91,6 +93,12 @@ _OVER_POWER = re.compile(
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
+# What a converter, an encoder or a motor counts, and words that stand beside it: "raw ADC counts", "encoder ticks".
+_COUNTED = re.compile(
+    r"(?:counts?|cts?|cnts?|raw|bits?|digits?|ticks?|(?:micro-?)?steps?|puls(?:es?)?|impulses?|increments?|incr|adc|adu|lsb|codes?|"
+    r"inkremente?|schritte|rohwerte?|rohdaten|brut|crudo|grezzo|pasos?|passi)"
+)
+_BESIDE_COUNTED = re.compile(r"encoder|motor|stepper|sensor|values?|units?|readings?|data|a/d|\d{1,2}")
 #: Letters of a name that may be understood.
 LONGEST = 120
 # "C" and "F" are units too, as are "A" and "V".
@@ -130,6 +138,7 @@ def tidy(cell: str) -> str:
         *before, last = of_matlab["name"].split("_")
         if not (before and looks_like_unit(last)):
             return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
+    cell = _REMARK_BEHIND.sub(r"\g<before> (\g<remark>)", cell) if _REMARK_BEHIND.fullmatch(cell) else cell
     cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
@@ -326,6 +335,17 @@ def is_remark(text: str) -> bool:
     """Whether a bracket is a remark of known words that changes nothing: measured, absolute, load cell."""
     parts = words_in(text)
     return bool(parts) and all(p in REMARKS for p in parts)
+
+
+def are_counts(text: str) -> bool:
+    """Whether what stands in the place of a unit says that readings are counts, in no unit.
+
+    >>> are_counts("raw ADC counts"), are_counts("24 bit"), are_counts("raw force"), are_counts("N")
+    (True, True, False, False)
+    """
+    parts = [w for w in re.split(r"[\s_,;:()\[\]]+", text.lower()) if w] if len(text) <= LONGEST else []
+    named = any(_COUNTED.fullmatch(w) for w in parts)
+    return named and all(_COUNTED.fullmatch(w) or _BESIDE_COUNTED.fullmatch(w) for w in parts)
 
 
 def no_record(text: str) -> str:

@@ -93,7 +93,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         if best is not None:
             chosen[quantity] = best.index, best.heading
             notes += [_by_cells_note(sheet, best.index)] if best.index in by_cells else []
-            notes += [_BY_AXIS.format(sheet.names[best.index])] if best.index in by_axis else []
+            others = sum(is_unit_of(sheet.unit_written(i) or "?", "displacement") for i in range(len(sheet.names))) > 1
+            moves = " that moves" if others else ""
+            notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
             notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
             faults += _at_rest(sheet, quantity, candidates)
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
@@ -125,19 +127,26 @@ def _alone(sheet: Sheet, index: int) -> FloatArray:
     return readings([sheet.columns[index]], [1.0], sheet.declared_decimal)[0]
 
 
-_BY_AXIS = 'displacement is taken from "{}", the only column of a length: if it is none, --columns displacement=none'
+_BY_AXIS = 'displacement is taken from "{}", the only column of a length{}: if it is none, --columns displacement=none'
 
 
 def _x_alone(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int, str]) -> dict[int, Heading]:
-    """The heading of a column "x" in a unit of length, where no other is a displacement or has such a unit."""
-    there = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in headings.values()} | set(sheet.assigned.values())
+    """The heading of a column "x" in a unit of length, where no other is a displacement or has such a unit and moves.
+
+    Beside one that stands still, such as x or the thickness d of the sample, it may be called "y", too.
+    """
+    lengths = [i for i in range(len(sheet.names)) if is_unit_of(sheet.unit_written(i) or "?", "displacement")]
+    still = [i for i in lengths if stands_still(_alone(sheet, i))] if len(lengths) > 1 else []
+    known = {i: h for i, h in headings.items() if not (i in still and h.letter)}
+    there = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in known.values()} | set(sheet.assigned.values())
     if "displacement" in there or not there & {"force", "capacitance"}:
         return {}
-    lengths = [i for i in range(len(sheet.names)) if is_unit_of(sheet.unit_written(i) or "?", "displacement")]
-    if len(lengths) != 1 or lengths[0] in unread or lengths[0] in headings:
+    moving = [i for i in lengths if i not in still]
+    if len(moving) != 1 or moving[0] in unread or moving[0] in headings:
         return {}
-    alone = re.fullmatch(r"x(?:\s*[(\[].*|[\s_,/]+\S+)?", sheet.names[lengths[0]].strip(), re.IGNORECASE) is not None
-    return {i: heading_as("displacement", sheet.names[i], sheet.unit_below(i)) for i in lengths if alone}
+    axis = "[xy]" if still else "x"
+    alone = re.fullmatch(rf"{axis}(?:\s*[(\[].*|[\s_,/]+\S+)?", sheet.names[moving[0]].strip(), re.IGNORECASE) is not None
+    return {i: heading_as("displacement", sheet.names[i], sheet.unit_below(i)) for i in moving if alone}
 
 
 def _goes_with(sheet: Sheet, index: int, headings: Mapping[int, Heading]) -> bool:
@@ -434,6 +443,13 @@ def _how_to_give(sheet: Sheet, quantity: str, choice: ColumnChoice, reading: Rea
     return f"{named}; if no column is one: {alone}" if quantity == "displacement" else named
 
 
+def _but_of_a_meter(sheet: Sheet, needed: Sequence[str]) -> Sequence[str]:
+    """The quantities that are needed, or the capacitance alone where columns are in a unit of it and none in one of a press."""
+    units = [unit for i in range(len(sheet.names)) if (unit := sheet.unit_written(i))]
+    of_unit = {q for q in ("capacitance", "force", "displacement") if any(is_unit_of(unit, q) for unit in units)}
+    return ("capacitance",) if of_unit == {"capacitance"} and "capacitance" in needed else needed
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -457,7 +473,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
             sheet.header_line or None,
             advice=_how_to_give(sheet, quantity, choice, reading),
         )
-        for quantity in family.requirement(found)
+        for quantity in _but_of_a_meter(sheet, family.requirement(found))
     ]
     faults += [
         Fault(

@@ -34,6 +34,7 @@ from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sense import sense_of_load
+from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import MOVED
 from calib.lab.instruments.size import implausible, no_press, only_changes
@@ -206,7 +207,16 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         quality = values.pop("quality")
         values["dissipation"] = np.divide(1.0, quality, out=np.full(quality.shape, np.nan), where=quality != 0)
         notes.append(f'dissipation is 1/Q of "{sheet.names[places["quality"]]}"')
-    if "capacitance_series" in values and "capacitance" not in values and "dissipation" in values:
+    by_resistance = None
+    if "capacitance_series" in values and not {"capacitance", "dissipation"} & values.keys():
+        by_resistance = series_loss(sheet, places["capacitance_series"], values, notation.decimal)
+    if by_resistance is not None:
+        values["dissipation"] = by_resistance.values
+        notes.append(by_resistance.note)
+        unread.pop(by_resistance.index, None)
+        for r in np.flatnonzero(np.isnan(by_resistance.values) & np.isfinite(values["capacitance_series"])).tolist():
+            _append(reasons, r, f'no reading in "{sheet.names[by_resistance.index]}"')
+    elif "capacitance_series" in values and "capacitance" not in values and "dissipation" in values:
         loss = places.get("dissipation", places.get("quality", 0))
         faults += impossible_loss(sheet, loss, values["dissipation"], told="dissipation" in reading.units)
     if "capacitance" in values:
@@ -318,6 +328,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 )
                 for c in columns
             }
+            | ({"dissipation": sheet.names[by_resistance.index]} if by_resistance is not None else {})
         ),
         lines=sheet.lines,
         reasons=tuple(reasons),

@@ -29,6 +29,7 @@ from calib.lab.instruments.named_values import named_values
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.quotes import check_quotes
+from calib.lab.instruments.raw_counts import raw_counts
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.said_again import said_again
 from calib.lab.instruments.sheet import Sheet
@@ -108,6 +109,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
+    sheet = replace(sheet, set_aside=raw_counts(sheet))
     above = (*_rows_above(sheet, reading), *units_notes, *again_notes)
     if listed is not None:
         one = listed.first == listed.last

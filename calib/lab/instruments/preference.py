@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -31,6 +32,10 @@ _SMOOTHED = 0.02
 _EXACT = 1e-5
 # A column whose smallest step is so many times that of another is coarser.
 _COARSE = 5.0
+# Largest difference of a reading from one that was rounded to a last digit, as a share of half of that.
+_LITTLE = 1.02
+_WRITTEN = re.compile(r"[+\-\u2212]?\d+(?:[.,](?P<decimals>\d*))?")
+_SAME = "the same readings"
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
@@ -74,9 +79,11 @@ def best_of(
     candidates = filled or candidates[:1]
     if not filled:
         unread.pop(candidates[0].index)
+    rounded: tuple[str, ...] = ()
     if len(candidates) > 1 and quantity != "status":
         candidates = _with_values(sheet, candidates, reading)
         candidates = _that_move(sheet, quantity, candidates, unread)
+        candidates, rounded = _but_rounded(sheet, quantity, candidates, reading, unread)
     else:
         heading = candidates[0].heading
         of_sample = (heading.letter and quantity == "displacement") or (quantity == "force" and heading.name in MASSES)
@@ -110,7 +117,7 @@ def best_of(
         )
     if best.heading.processed and quantity in _DECISIVE:
         found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
-    return best, Remarks({**unread, **found.unread}, found.notes, tuple(faults))
+    return best, Remarks({**unread, **found.unread}, (*found.notes, *rounded), tuple(faults))
 
 
 def _less_than(
@@ -143,7 +150,8 @@ def _less_than(
         plain = as_a_record(name, sheet.unit_below(index))
         if index == best.index or plain is None or plain.quantity != quantity or plain.index or plain.letter:
             continue
-        if (why := unread.get(index, "") or why_unread(name, sheet.unit_below(index))) == "empty":
+        why = unread.get(index, "") or why_unread(name, sheet.unit_below(index))
+        if why == "empty" or why.startswith(_SAME):
             continue
         if (why.startswith("stands still") and not numbered) or (still and stands_still(_readings_alone(sheet, index))):
             continue  # a column that was not in use
@@ -252,6 +260,44 @@ def _that_move(sheet: Sheet, quantity: str, candidates: list[PossibleColumn], un
             unread.update({c.index: f'a time of day: "{sheet.names[plain[0].index]}" is preferred' for c in days})
             candidates = [c for c in candidates if c not in days]
     return candidates
+
+
+def _but_rounded(
+    sheet: Sheet, quantity: str, candidates: list[PossibleColumn], reading: Reading, unread: dict[int, str]
+) -> tuple[list[PossibleColumn], tuple[str, ...]]:
+    """The candidates without those that are another one rounded more coarsely, and notes on these.
+
+    Each reading is within half of the last written digit of both, which is more than what columns that are the same differ by.
+    """
+    if quantity not in _DECISIVE:
+        return candidates, ()
+    digits = {c.index: _last_digit(sheet, c, reading) for c in candidates}
+    notes: list[str] = []
+    for coarse in candidates:
+        finer = [c for c in candidates if 0 < _COARSE * digits[c.index] < digits[coarse.index] and c.index not in unread]
+        for fine in finer:
+            if coarse.values is None or fine.values is None or difference(fine.values, coarse.values)[0] == "same":
+                continue
+            apart = np.abs(coarse.values - fine.values)
+            both = np.isfinite(apart)
+            half = 0.5 * _LITTLE * (digits[coarse.index] + digits[fine.index])
+            if np.count_nonzero(both) < _FEWEST or np.any(apart[both] > half):
+                continue
+            name, other = sheet.names[fine.index], sheet.names[coarse.index]
+            unread[coarse.index] = f'{_SAME} as "{name}", rounded more coarsely'
+            notes.append(f'{in_words(quantity)} is taken from "{name}"; "{other}" is the same, rounded more coarsely')
+            break
+    return [c for c in candidates if c.index not in unread], tuple(notes)
+
+
+def _last_digit(sheet: Sheet, candidate: PossibleColumn, reading: Reading) -> float:
+    """What the last written digit of a column counts, in SI; 0 where that is not told, as of numbers with exponents."""
+    fault, factor = unit_of_column(sheet, candidate.index, candidate.heading, reading)
+    cells = [cell.strip() for cell in sheet.columns[candidate.index] if cell.strip()]
+    decimals = [match["decimals"] for cell in cells if (match := _WRITTEN.fullmatch(cell)) is not None]
+    if fault is not None or not decimals or 2 * len(decimals) < len(cells):
+        return 0.0
+    return float(abs(factor) * 10.0 ** -max(map(len, (part or "" for part in decimals))))
 
 
 def _is_another_clock(day: PossibleColumn, plain: PossibleColumn) -> bool:

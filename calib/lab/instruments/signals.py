@@ -7,12 +7,23 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
+from calib.lab.instruments.vocabulary import understand
+
 # TA Instruments writes "Sig1<tab>Time (min)", ... and the rows behind a line "StartOfData".
 _SIGNAL = re.compile(r"sig(?P<number>\d{1,2})[\t,;]\s*(?P<name>\S.*?)\s*", re.IGNORECASE)
 _START = "startofdata"
 _ABOVE = 400
 # Hioki writes what the user called a channel above its address: "Comment","Force", below it "Time","U1-1[N]".
 _COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
+# Graphtec lists what the user called the channels, `"CH1","Disp"`, above a header with their addresses, `Number,ms,CH1,CH2`.
+_LISTED = re.compile(r"CH[ _-]?\d{1,3}", re.IGNORECASE)
+# Igor writes "WAVES/D<tab>time, force" between "IGOR" and "BEGIN".
+_WAVES = re.compile(r"\s*WAVES(?:/[A-Z]+)*[\t ]+(?P<names>[^,\"]+(?:,[^,\"]+)+)", re.IGNORECASE)
+# What stands for the readings below a title, and between what was measured and over what it is drawn.
+_OF_PAIR, _OVER = (
+    ("y", "value", "values", "amplitude", "wert", "messwert"),
+    re.compile(r"\s+(?:vs\.?|versus|over)\s+", re.IGNORECASE),
+)
 _ADDRESS = re.compile(r"(?:CH|[A-Z]{0,2})\d{1,3}(?:[-_][A-Z]{0,2}\d{1,3})?\s*(?P<unit>\[[^\[\]]+\]|\([^()]+\))?", re.IGNORECASE)
 
 
@@ -64,3 +75,96 @@ def with_comments_as_names(lines: Sequence[str]) -> list[str]:
             continue
         return [*lines[:i], "", mark.join([addresses[0], *named]), *lines[i + 2 :]]
     return []
+
+
+def with_channels_named(lines: Sequence[str]) -> list[str]:
+    """The lines with the names that a list gives to channels in the place of their addresses in the header; [] without such.
+
+    A list with fewer than two names that are understood is one of settings.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_channels_named(['"CH1","Disp"', '"CH2","Force"', "No,ms,CH1,CH2", "NO.,ms,mm,N", "1,0,0.0,0.1"])
+    ['', '', 'No,ms,Disp,Force', 'NO.,ms,mm,N', '1,0,0.0,0.1']
+    """
+    mark = next((mark for mark in ",;\t" if any(mark in line for line in lines[:_ABOVE])), ",")
+    named: dict[str, tuple[int, str]] = {}
+    for i, line in enumerate(lines[:_ABOVE]):
+        cells = _cells(line, mark)
+        addresses = [cell for cell in cells if _LISTED.fullmatch(cell)]
+        if len(addresses) > 1 and set(addresses) <= named.keys():
+            names = [named[cell][1] if cell in named else cell for cell in cells]
+            known = sum(understand(named[cell][1]) is not None for cell in addresses)
+            if known < 2 or any(mark in name or '"' in name for name in names):
+                return []
+            # A list of names alone looks like a header.
+            lists = {at for cell in addresses for at in [named[cell][0]] if lines[at].count(mark) == 1}
+            return [*("" if k in lists else above for k, above in enumerate(lines[:i])), mark.join(names), *lines[i + 1 :]]
+        if len(cells) < 2 or addresses != cells[:1] or not any(map(str.isalpha, cells[1])):
+            continue
+        if named.setdefault(cells[0], (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
+            return []  # two lists
+    return []
+
+
+def with_titles_of_pairs(lines: Sequence[str]) -> list[str]:
+    """The lines with the titles above pairs of columns, as of exported curves, in the names of these; [] without such.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_titles_of_pairs(["Load (N) vs Time (s),,Extension (mm) vs Time (s),", "X,Y,X,Y", "0.0,0.1,0.0,0.2"])
+    ['', 'Time (s),Load (N),Time (s),Extension (mm)', '0.0,0.1,0.0,0.2']
+    >>> with_titles_of_pairs(["Load (N),,Extension (mm)", "Time (s),Value,Time (s),Value", "0.0,0.1,0.0,0.2"])[1]
+    'Time (s),Load (N),Time (s),Extension (mm)'
+    """
+    for i, (line, below) in enumerate(pairwise(lines[:_ABOVE])):
+        mark = next((mark for mark in "\t;," if mark in below), ",")
+        titles, pairs = _cells(line, mark), _cells(below, mark)
+        titles += [""] * (len(pairs) - len(titles))
+        if len(pairs) % 2 or not pairs or not all(cell.lower() in _OF_PAIR for cell in pairs[1::2]) or any(titles[1::2]):
+            continue
+        names = [name for title, x in zip(titles[::2], pairs[::2], strict=True) for name in _of_title(title, x)]
+        known = len(names) == len(pairs) and all((found := understand(name)) is not None and found.unit for name in names)
+        if known and not any(mark in name or '"' in name for name in names):
+            return [*lines[:i], "", mark.join(names), *lines[i + 2 :]]
+    return []
+
+
+def _of_title(title: str, x: str) -> list[str]:
+    """The names of a pair of columns by its title and the name of the first; fewer where that says it not."""
+    measured, *over = _OVER.split(title)
+    return [*over, measured] if x.lower() == "x" else [x, measured]
+
+
+def with_waves_named(lines: Sequence[str]) -> list[str]:
+    """The lines of an Igor text file with the names of its waves as a header; [] if it holds other than one block of waves.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_waves_named(["IGOR", "WAVES/D\\ttime_s, force_N", "BEGIN", "\\t0.0\\t0.1", "END"])
+    ['', 'time_s\\tforce_N', '', '0.0\\t0.1', '']
+    """
+    named = [(i, match) for i, line in enumerate(lines[:_ABOVE]) if (match := _WAVES.fullmatch(line)) is not None]
+    words = [line.strip().upper() for line in lines]
+    if len(named) != 1 or words.count("BEGIN") != 1 or words.count("END") != 1:
+        return []
+    (at, match), start, end = named[0], words.index("BEGIN"), words.index("END")
+    names = [name.strip().strip("'") for name in match["names"].split(",")]
+    if not at < start < end or any(line.strip() for line in lines[at + 1 : start]):
+        return []
+    above = [*lines[1:at], "\t".join(names), *[""] * (start - at)]
+    return ["", *above, *(line.removeprefix("\t") for line in lines[start + 1 : end]), "", *lines[end + 1 :]]
+
+
+def _cells(line: str, mark: str) -> list[str]:
+    """The cells of a line between marks; none of a line that cannot be cut."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
+    except csv.Error:
+        return []

@@ -13,7 +13,13 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.numbers import is_numeric
-from calib.lab.instruments.signals import with_comments_as_names, with_signals_named
+from calib.lab.instruments.signals import (
+    with_channels_named,
+    with_comments_as_names,
+    with_signals_named,
+    with_titles_of_pairs,
+    with_waves_named,
+)
 from calib.lab.instruments.stamps import with_stamps_in_cells
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
@@ -57,6 +63,8 @@ _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 _MAY_BE_STAMPED = re.compile(r"^[ \t]*(?:\d[^>\n]{4,40}>|\[[^\n]{0,30}\d:\d\d)", re.MULTILINE)
 # Characters at the beginning among which the list of signals ends.
 _OF_SIGNALS = 20_000
+_CHANNEL_LISTED = re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE)
+_PAIRS = re.compile(r'[,;\t] ?"?(?:y|values?|amplitude|wert|messwert)"? ?[,;\t\n]', re.IGNORECASE)
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -190,6 +198,15 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if "comment" in text[:_OF_SIGNALS].lower() and (named := with_comments_as_names(text.split("\n"))):
         text = "\n".join(named)
         notes.append('channels are named by the line "Comment" above their addresses and units')
+    if _CHANNEL_LISTED.search(text[:_OF_SIGNALS]) and (named := with_channels_named(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append("channels are named by the list of them above the header")
+    if text[:5].upper() == "IGOR\n" and (named := with_waves_named(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append("the columns are the waves of an Igor text file")
+    if _PAIRS.search(text[:_OF_SIGNALS]) and (named := with_titles_of_pairs(text.split("\n"))):
+        text = "\n".join(named)
+        notes.append("columns are named by the titles above their pairs")
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import islice, zip_longest
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.brackets import usual_case
+from calib.lab.instruments.brackets import are_counts, is_factor, says_sense, usual_case
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.instrument_words import instrument_words
@@ -26,6 +26,17 @@ _ONE_LINE = (
     "number what it is, and its unit: --columns force=... --units force=..."
 )
 _OF_RECORD = re.compile(r"\b(?:run|test|trial|specimen|sample|probe|versuch|essai)[ ._#]*(\d+)\b", re.IGNORECASE)
+# What programs call the types of numbers, in a row of them: "float,float,float", "datetime64[ns]", "<f8", "DOUBLE PRECISION".
+_TYPE = re.compile(
+    r"(?:float|double|single|real|decimal|numeric|number|numerical|u?int(?:eger)?|bool(?:ean)?|str(?:ing)?|text|object|date|time|"
+    r"datetime|timestamp|category|categorical|varchar|char)(?:\d{1,3})?(?:\[ns\]|\(\d+\)| precision)?|[<>|=][fiuSUO]\d{1,2}",
+    re.IGNORECASE,
+)
+_SERIAL_NUMBER = re.compile(
+    r"(?:s/?n|ser(?:ial|ien)?[. ]?-?(?:no|nr|num(?:ber|mer)?)?)[.:# ]{0,3}(?=[\w-]*\d{3})[\w-]+", re.IGNORECASE
+)
+# The number of a press or file behind a word, in a comment on all columns: "press 3".
+_NUMBER_BEHIND = re.compile(r"(?<=[^\W\d_])[ _#-]*\d{1,4}$")
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -90,6 +101,8 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
         elif _falls_after(cells, later, time):
             unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
+        elif said := _leaves_columns(cells, names, units):
+            unread.append(Unread(f"line {index + 1}", f'{said}, "{shown}"'))
         elif units_line is not None and units_line == lines[place - 1] + 1 and _comments(cells, names, units):
             unread.append(Unread(f"line {index + 1}", f'comments on the columns, "{shown}"'))
         elif _titles(cells, names) and delimiter != " ":
@@ -203,6 +216,10 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
     fitting = [_fits(n, c) for n, c in zip(names, units, strict=False)]
     if sum(fit is True for fit in fitting) > 1 and False not in fitting and not any(map(_is_reading, there)):
         return tuple(unit if fit else "" for unit, fit in zip(units, fitting, strict=False))
+    # Counts of a converter are in no unit: "s,counts,N,steps,mm".
+    of_counts = [own is None and are_counts(c) for c, own in zip(cells, read, strict=True)]
+    if any(of_counts) and all(is_count or own is not None for is_count, own in zip(of_counts, read, strict=True)):
+        return units if any(u and looks_like_unit(u) for u in units) else None
     # A remark may stand among them, in the last of several cells.
     known = sum(bool(u) and looks_like_unit(u) for u in units)
     wordy = [c for c, own in zip(cells, read, strict=True) if c.strip() and own is None]
@@ -281,6 +298,32 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
         if unit_cell(f"({unit or '-'}) {cell}") is None and not all(instrument_words(cell.split())):
             return False
     return True
+
+
+def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) -> str:
+    """What a row says that leaves columns with names and units what they are: types, serial numbers, or one comment on all.
+
+    "" if it says something else, or the columns have no names and units. Words that differ may tell columns apart.
+    """
+    pairs = [(understand(name, unit), unit) for name, unit in zip(names, [*units, *[""] * len(names)], strict=False)]
+    needed = [heading.unit or unit for heading, unit in pairs if heading is not None and heading.quantity in NEEDS_UNIT]
+    said = [cell.strip() for cell in cells if cell.strip(" -–—")]
+    if len(said) < 2 or len(cells) > len(names) or len(needed) < 2 or not all(needed):
+        return ""
+    if all(_TYPE.fullmatch(cell) for cell in said):
+        return "types of the columns"
+    if all(_SERIAL_NUMBER.fullmatch(cell) for cell in said):
+        return "serial numbers"
+    if len(set(said)) > 1 or len(said) + 1 < len(names) or understand(said[0]) is not None or begins_with_unit(said[0]):
+        return ""
+    words = _NUMBER_BEHIND.sub("", said[0])
+    changes = (
+        _is_reading(words)
+        or is_factor(words)
+        or says_sense(words)
+        or any(unit_cell(f"({unit}) {words}") is None for unit in needed)
+    )
+    return "" if changes else "one comment on all columns"
 
 
 def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:

@@ -19,7 +19,8 @@ _UNIT = re.compile(UNIT_NAMES, re.IGNORECASE)
 def with_unit_columns(sheet: Sheet) -> Sheet:
     """Take the units of columns from columns of units, where every reading has the same.
 
-    A column of units is called one, or by the unit itself, and stands behind that of the readings, or names it ("Force unit").
+    A column of units has no name, is called one, or by the unit itself, and stands behind that of the readings, or names it
+    ("Force unit").
     One of several units stays what it is: its rows are asked for.
 
     Parameters
@@ -45,7 +46,8 @@ def with_unit_columns(sheet: Sheet) -> Sheet:
         below = units.get(of, "")
         units[of] = first if below in ("", first) else f"{below} or {first}"
         aside[at] = f'the unit of "{sheet.names[of]}"'
-        notes.append(f'"{sheet.names[of]}" is in {first}: column {at + 1}, "{sheet.names[at]}", says so in every row')
+        shown = f', "{sheet.names[at]}",' if sheet.names[at] else ""
+        notes.append(f'"{sheet.names[of]}" is in {first}: column {at + 1}{shown} says so in every row')
     if aside == sheet.set_aside:
         return sheet
     written = tuple(units.get(index, "") for index in range(len(sheet.names)))
@@ -56,7 +58,7 @@ def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str
     """The column of readings of which one may hold the units, such as `unit`; None if there is none."""
     name = sheet.names[at].strip()
     there = [i for i, heading in headings.items() if i != at and i < len(sheet.columns) and is_unit_of(unit, heading.quantity)]
-    if _UNIT.fullmatch(name) or name.strip("()[]") == unit:
+    if not name or _UNIT.fullmatch(name) or name.strip("()[]") == unit:
         return at - 1 if at - 1 in there else None
     named = [word for word in words_in(name) if not _UNIT.fullmatch(word)]
     meant = understand(" ".join(named)) if 0 < len(named) < len(words_in(name)) else None

@@ -212,7 +212,7 @@ def test_milliseconds_of_a_column_without_a_name_are_put_together_with_the_clock
 def test_settings_of_channels_above_the_names_are_no_header_for_columns_that_are_said_by_number(tmp_path: Path) -> None:
     table = without_names(tmp_path, whole_and_parts, [*LOGGER, "Number,Date&Time,ms,CH1,CH2", "NO.,Time,ms,N,mm"])
     assert_time(table)
-    assert table.sources["force"].startswith("N")
+    assert table.sources["force"].startswith("Force")
 
 
 @pytest.mark.parametrize("beside", [lambda i: i, lambda i: 999 - i, lambda i: (i * 377) % 1000, lambda i: 900])
