@@ -26,6 +26,8 @@ _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series
 _NOISE = 0.05
 # A time of day that drifts by this share of the span of a time in seconds is that of another clock; of so many rows at least.
 _OTHER_CLOCK, _FEWEST = 0.05, 5
+# A clock moves between such a share of the rows.
+_MOSTLY = 0.8
 # Largest difference, as a share of the span, that filtering leaves between a raw column and one of the plain name.
 _SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
@@ -366,8 +368,9 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
         less |= quantity == "force" and best.heading.name.startswith("raw") and _is_worked_on(best, other)
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
-        # Of a second time the columns may be of the other instrument.
-        numbered = numbered and not (quantity == "time" and word == "different" and _of_two_instruments(sheet))
+        # Of a second time that runs the columns may be of the other instrument; "T_C" in degrees hardly does.
+        second = quantity == "time" and word == "different" and _of_two_instruments(sheet) and _runs(sheet, other)
+        numbered = numbered and not second
         # Of two columns of one name and unit no difference is a matter of rounding.
         converted = sheet.unit_below(index) != sheet.unit_below(best.index)
         if word == "same" and (share <= _EXACT or converted or words(sheet.names[index]) != words(name)):
@@ -406,6 +409,13 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
     return Remarks(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, differences)))
+
+
+def _runs(sheet: Sheet, other: PossibleColumn) -> bool:
+    """Whether the numbers of a column go up from row to row, as those of a clock do."""
+    values = _readings_alone(sheet, other.index) if other.values is None else other.values
+    steps = np.diff(values[np.isfinite(values)])
+    return steps.size > 0 and not np.any(steps < 0) and float(np.mean(steps > 0)) >= _MOSTLY
 
 
 def _same_cells(sheet: Sheet, one: int, other: int) -> bool:

@@ -55,6 +55,8 @@ def test_a_second_clock_of_any_name_is_asked_about(
         ("Time left (s)", lambda t: 9.0 - t),
         ("Uptime box (s)", lambda t: t),  # the same
         ("Heater on (s)", lambda t: 0.1 * t),
+        ("T_C", lambda t: 23.1),  # a temperature
+        ("T_C", lambda t: 23.1 + 0.1 * round(t / 3)),
     ],
 )
 def test_another_column_in_seconds_that_is_no_clock_of_the_record_changes_nothing(
