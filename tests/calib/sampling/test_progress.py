@@ -28,7 +28,7 @@ def test_steps_that_are_needed_grow_with_what_lacks() -> None:
     assert 400 <= steps_needed(_found(100, 1.04, 500.0, 5.0), gate) <= 600
     assert 1000 <= steps_needed(_found(500, 1.0, 500.0, 100.0), gate) <= 1400
     assert steps_needed(_found(100, np.nan, np.nan, np.nan), gate) > 1000
-    assert steps_needed(_found(100, 1.001, 500.0, 5.0, ("a doubt",)), gate) == 140
+    assert steps_needed(_found(100, 1.001, 500.0, 5.0, ("a doubt",)), gate) == 130
 
 
 def test_progress_tells_how_much_of_each_stage_is_done_and_how_long_the_rest_may_last(tmp_path: Path) -> None:
