@@ -42,7 +42,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Steps of a block, after each of which a checkpoint is written.
-BLOCK_STEPS = 50
+BLOCK_STEPS = 10
 
 #: Most draws of an ensemble that a posterior keeps.
 MAX_DRAWS = 4000

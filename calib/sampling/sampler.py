@@ -39,7 +39,7 @@ from calib.workers import Crew, workers
 from models.threads import one_thread
 
 #: Steps after which convergence is first looked at, and the largest factor from one look to the next.
-FIRST_CHECK = 100
+FIRST_CHECK = 80
 CHECK_FACTOR = 1.3
 # The least factor, where the last look tells that little is lacking.
 _LEAST_FACTOR = 1.05

@@ -21,7 +21,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 9
+START_VERSION = 10
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -33,7 +33,7 @@ _LEAST_MASS = 1e-3
 # A climb has ended on a slope if so far along its width, in its sds, the log density is higher by more than this. It goes on by
 # the best of so many steps at random, from so short ones on, most so many times, while one gains.
 _ASIDE, _SLOPE = 0.3, 0.5
-_SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 15
+_SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 8
 # Where its end is not `FAR_BELOW` the highest mode, walkers are let loose there: so many for each unknown, at least so many of
 # them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
 _LOOSE, _LEAST_LOOSE, _NEAR_END, _LOOSE_STEPS, _LOOSE_ROUNDS = 12, 3, 0.01, 60, 20
@@ -46,10 +46,10 @@ _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Draws at the modes where a target knows more of them than how wide they are; what they are drawn from is near the target if
 # this share of draws is effective: then the proposal is fitted to them, and one round of steps tells whether it is good.
-_SKETCHED, _NEAR = 6000, 0.25
-# A proposal with ends is fitted to its own draws at most so often, while so many of them for each unknown are effective, and
-# not so large a share of all.
-_RENEWALS, _RENEWED, _GOOD = 4, 40, 0.5
+_SKETCHED, _NEAR = 4000, 0.25
+# A proposal with ends is fitted to so many of its own draws, at most so often, while so many of them for each unknown are
+# effective, and not so large a share of all.
+_OWN_DRAWS, _RENEWALS, _RENEWED, _GOOD = 6000, 4, 40, 0.5
 # The same of many groups: of each so many draws for each of what they share, and the share of draws for which weights are made
 # milder.
 _GROUP_RENEWALS, _EACH_GROUP, _GOOD_OF_GROUPS, _MILD = 2, 8, 0.25, 0.5
@@ -361,7 +361,7 @@ def _renewed(
     Walkers come to an end late, as it lies far out in their coordinates, and what was fitted to them has too little there.
     """
     for _ in range(_RENEWALS):
-        x = proposal.draw(random, _SKETCHED)
+        x = proposal.draw(random, _OWN_DRAWS)
         log_density = target.log_density(x)
         log_weight = log_density - proposal.log_density(x)
         weight = importance_weights(log_weight)
@@ -387,7 +387,7 @@ def _renewed_by_groups(
     """
     funnel = proposal.parts[0]
     for _ in range(_GROUP_RENEWALS):
-        drawn = nested_draws(target, funnel, random, _SKETCHED, _EACH_GROUP)
+        drawn = nested_draws(target, funnel, random, _OWN_DRAWS, _EACH_GROUP)
         log_weight = drawn.log_marginal - funnel.log_shared(drawn.x[0])
         if np.sum(np.isfinite(log_weight)) < len(state.coords):
             break

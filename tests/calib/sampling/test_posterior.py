@@ -436,7 +436,7 @@ def test_seconds_end_the_search_for_the_start_too(tmp_path: Path, monkeypatch: p
         sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_seconds=0.3)
     assert 0.3 < time.monotonic() - begin < 10
     monkeypatch.undo()
-    assert sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_steps=50, resume=True).diagnostics.steps == 50
+    assert sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_steps=40, resume=True).diagnostics.steps == 40
 
 
 def test_no_worker_is_started_when_the_budget_is_spent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

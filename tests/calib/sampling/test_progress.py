@@ -13,7 +13,7 @@ from samplers.gallery import gallery
 
 from calib.sampling.checkpoint import CheckpointFolder
 from calib.sampling.diagnostics import Convergence, Gate
-from calib.sampling.sampler import Progress, sample_target, steps_needed
+from calib.sampling.sampler import FIRST_CHECK, Progress, sample_target, steps_needed
 
 
 def _found(steps: int, r_hat: float, ess: float, tau: float, doubts: tuple[str, ...] = ()) -> Convergence:
@@ -23,12 +23,12 @@ def _found(steps: int, r_hat: float, ess: float, tau: float, doubts: tuple[str, 
 
 def test_steps_that_are_needed_grow_with_what_lacks() -> None:
     gate = Gate(r_hat=1.01, ess=400.0, length=10.0)
-    assert steps_needed(_found(100, 1.001, 500.0, 5.0), gate) == 100
+    assert steps_needed(_found(100, 1.001, 500.0, 5.0), gate) == 80
     assert 200 <= steps_needed(_found(100, 1.001, 200.0, 5.0), gate) <= 300
     assert 400 <= steps_needed(_found(100, 1.04, 500.0, 5.0), gate) <= 600
     assert 1000 <= steps_needed(_found(500, 1.0, 500.0, 100.0), gate) <= 1400
     assert steps_needed(_found(100, np.nan, np.nan, np.nan), gate) > 1000
-    assert steps_needed(_found(100, 1.001, 500.0, 5.0, ("a doubt",)), gate) == 150
+    assert steps_needed(_found(100, 1.001, 500.0, 5.0, ("a doubt",)), gate) == 130
 
 
 def test_progress_tells_how_much_of_each_stage_is_done_and_how_long_the_rest_may_last(tmp_path: Path) -> None:
@@ -54,5 +54,5 @@ def test_progress_tells_how_much_of_each_stage_is_done_and_how_long_the_rest_may
     assert {p.stage for p in sampled} == {"sampling"}
     assert all(p.done == p.steps <= p.wanted <= 150 for p in sampled)
     assert all(np.isfinite(p.seconds_left) == (p.steps > 0) for p in sampled)
-    assert {p.wanted for p in sampled if p.ess == 0} == {100}
+    assert {p.wanted for p in sampled if p.ess == 0} == {FIRST_CHECK}
     assert sampled[-1].seconds_left == 0
