@@ -18,6 +18,9 @@ from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, hea
 _WORDS = re.compile(
     r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx", re.IGNORECASE
 )
+# Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact, "x" and
+# "y" axes, "T", "V" and "Q" forces across.
+_LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
 # Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1".
 _PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*")
 # Scripts of which a word is one letter or two.
@@ -41,6 +44,8 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
     >>> found = alone_in_unit(("Tyd (s)", "Verplasing (mm)", "Krag (N)", "Load (V)"), ("",) * 4)
     >>> [(index, heading.quantity) for index, heading in found.items()]
     [(0, 'time'), (1, 'displacement')]
+    >>> alone_in_unit(("Time (s)", "u_mm", "t (N)"), ("",) * 3)[1].quantity
+    'displacement'
     >>> alone_in_unit(("Krag (N)", "Wrywing (N)", "mm"), ("",) * 3), alone_in_unit(("Time (s)", "Krag 2 (N)"), ("",) * 2)
     ({}, {})
     """
@@ -70,9 +75,9 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return False
     outside = re.sub(rf"[\s_,/]+{re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
-    said = words_in(outside)
+    said, alone = words_in(outside), outside.strip(" :,")
     return (
-        any(form.fullmatch(outside.strip(" :,")) for form in (_WORDS, _SIGNS, _PATH))
+        (alone in tuple(_LETTERS.get(quantity, "")) or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH)))
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
+from calib.lab.instruments.circuit import circuit_beside_unit, names_parallel, said_circuit
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
@@ -246,7 +246,7 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
         said = circuit_beside_unit(sheet, index) or above
         if said is None:
             continue
-        names_it = heading.name.startswith(("cp", "parallel"))
+        names_it = names_parallel(heading)
         if said.word == "both" or (said.word == "series" and names_it):
             claim, asking = f'"{said.shown}" stands in line {said.line}', (sheet.name_for_asking(index),)
             series, parallel = Choice("columns", asking, "capacitance_series"), Choice("columns", asking, "capacitance")

@@ -32,7 +32,7 @@ _PARALLEL = re.compile(
     rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
     re.IGNORECASE,
 )
-_NAMES_PARALLEL = ("cp", "parallel", "cap parallel", "capacitance parallel", "c par", "并联", "並列")
+_NAMES_PARALLEL = re.compile(r"\bcp|\bparallel|\bc par|并联|並列")
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,11 @@ def impossible_loss(sheet: Sheet, index: int, dissipation: FloatArray, *, told: 
 _LARGE = 0.1
 
 
+def names_parallel(heading: Heading) -> bool:
+    """Whether the name of a capacitance says that it is a parallel one: "cp", "capacitance cp", "parallel capacitance"."""
+    return _NAMES_PARALLEL.search(heading.name) is not None
+
+
 def untold_circuit(sheet: Sheet, index: int, heading: Heading, dissipation: FloatArray | None) -> tuple[list[str], list[Fault]]:
     """Note or refuse a capacitance that does not say whether it is Cp or Cs, by how far they differ.
 
@@ -157,7 +162,7 @@ def untold_circuit(sheet: Sheet, index: int, heading: Heading, dissipation: Floa
     index, heading : the column of the capacitance.
     dissipation : of the same rows, nan where there is none; None if the file has none.
     """
-    if heading.name.startswith(_NAMES_PARALLEL):
+    if names_parallel(heading):
         return [], []
     name = sheet.names[index] or f"column {index + 1}"
     if index in sheet.assigned:

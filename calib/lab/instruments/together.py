@@ -10,7 +10,7 @@ from calib.lab.instruments.brackets import is_commanded, no_record, tidy, withou
 from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, understand
+from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, is_mean_of_readings, understand
 
 # Whole seconds and their parts as computers give them, "tv_sec" and "tv_usec", unless beside minutes and hours.
 _SECONDS = re.compile(r"(?:(?:tv|stamp)[ _.])?secs?", re.IGNORECASE)
@@ -24,7 +24,7 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
     A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
-    and nothing else, stand in each row; "actual (mm)" is one where another column in such a unit was commanded; "secs" is the
+    and nothing else, stand in each row, or where it says of how many readings it is the mean; "actual (mm)" is one where another column in such a unit was commanded; "secs" is the
     time beside "nsecs".
 
     Parameters
@@ -53,7 +53,11 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         i: h
         for i, h in found.items()
         if h.quantity not in known
-        and (h.quantity in spreads or (not others and len({mean.quantity for mean in found.values()}) > 1))
+        and (
+            h.quantity in spreads
+            or is_mean_of_readings(names[i])
+            or (not others and len({mean.quantity for mean in found.values()}) > 1)
+        )
         and not any((other := records[k]) is not None and other.quantity == h.quantity for k in others)
     }
     for quantity in ("displacement", "force"):

@@ -58,7 +58,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "dm": "dm decimeter decimeters decimetre decimetres",
             "cm": "cm CM centimeter centimeters centimetre centimetres Zentimeter",
             "mm": "mm MM Mm millimeter millimeters millimetre millimetres Millimeter "
-            "Millimetern millimètres milímetros millimetri milimetry мм 毫米 公厘 ミリ 밀리미터",
+            "Millimetern millimètres milímetros millimetri milimetry мм 毫米 公厘 公釐 ミリ 밀리미터",
             "um": "um µm UM micron microns Mikron micrometer micrometers micrometre micrometres Mikrometer micromètres "
             "micrómetros микрон микрометр мкм 微米 マイクロメートル 마이크로미터",
             "nm": "nm nanometer nanometers nanometre nanometres Nanometer",

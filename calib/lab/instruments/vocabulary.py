@@ -249,13 +249,34 @@ def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
 
     >>> as_a_mean("force mean (N)").quantity, as_a_mean("force max (N)"), as_a_mean("mean of max force (N)")
     ('force', None, None)
+    >>> as_a_mean("Cp mean of 8 (pF)").quantity
+    'capacitance'
     """
     if not any(character.isalpha() for character in cell):
         return None
+    cell = _OF_READINGS.sub("mean", cell)
     said = words_in(re.sub(r"[()\[\]{}]", " ", cell))
     if not any(word in MEANS for word in said) or any(word not in MEANS and no_record(word) for word in said):
         return None
     return as_a_record(cell, unit_below)
+
+
+# Of how many readings each value is the mean, as a meter averages: "mean of 8", "avg of 16 samples"; of specimens it is no record.
+_OF_READINGS = re.compile(
+    r"(?<![^\W_])(?:mean|average|avg\.?|averaged|mittel|mittelwert|moyenne|media|promedio)\s(?:of|over|aus|von|über|de|sur|di|su)\s"
+    r"(?:n\s?=\s?)?\d{1,4}(?![\d.,])(?:\s(?:readings?|samples|points|values|messwerten|messungen|mesures|medidas|letture))?"
+    r"(?=\s*(?:[()\[\],;]|$))",
+    re.IGNORECASE,
+)
+
+
+def is_mean_of_readings(cell: str) -> bool:
+    """Whether a header cell says of how many readings each of its values is the mean, as a meter averages.
+
+    >>> is_mean_of_readings("Capacitance (mean of 8) (pF)"), is_mean_of_readings("Cp (mean of 8 specimens) (pF)")
+    (True, False)
+    """
+    return _OF_READINGS.search(cell) is not None
 
 
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:

@@ -178,3 +178,30 @@ def test_two_paths_in_one_unit_and_what_is_computed_are_asked_about(tmp_path: Pa
     file.write_text("\n".join([f"Time (s),{names[0]} ({units[0]}),{names[1]} ({units[1]})", *rows, ""]))
     with pytest.raises(InputError):
         read_lab_file(file, Reading())
+
+
+@pytest.mark.parametrize("header", ["t (s),u (mm),W [N]", "T (s),w [mm],L (N)", "t_s,u_mm,P_N", "t;u;R\ns;mm;N", "% t (s),u (mm),F (N)"])
+def test_a_letter_alone_in_a_unit_of_length_or_force_is_read_with_a_note(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("the only column in" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("letter", ["t (mm)", "r (mm)", "a (mm)", "l (mm)", "y (mm)", "e (mm)"])
+def test_a_letter_for_a_dimension_or_an_axis_is_no_displacement(tmp_path: Path, letter: str) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, f"Time (s),{letter},Load (N)", TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize("letter", ["T (N)", "V (N)", "Q (N)", "x (N)"])
+def test_a_letter_for_a_force_across_is_no_force(tmp_path: Path, letter: str) -> None:
+    with pytest.raises(InputError, match="no force column"):
+        read(tmp_path, f"Time (s),Extension (mm),{letter}", TIME, DEPTH, FORCE)
+
+
+def test_a_letter_that_stands_still_or_is_one_of_two_is_no_displacement(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, "t (s),w (mm),F (N)", TIME, np.full(N, 2.0), FORCE)
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, "t (s),u (mm),v (mm),F (N)", TIME, DEPTH, 0.4 * DEPTH, FORCE)

@@ -1,0 +1,55 @@
+"""Words in a header that leave a column what it is: in brackets, in a line of remarks below units, of a mean of readings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 60
+TIME = np.arange(N) * 0.1
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 36), np.linspace(1.0, 0.02, 24)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+CAPACITANCE = 97.5 + 0.4 * FORCE
+
+
+def read(tmp_path: Path, header: str, *columns: np.ndarray) -> LabTable:
+    rows = [";".join(f"{column[k]:.4f}" for column in columns) for k in range(N)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, Reading())
+
+
+@pytest.mark.parametrize(
+    "name", ["Capacitance (mean of 8) (pF)", "Cp mean of 8 (pF)", "Cp (avg of 16 samples) [pF]", "Kapazität (Mittelwert aus 4) (pF)"]
+)
+def test_a_mean_of_so_many_readings_is_read_with_a_note(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+    assert any("holds a mean of readings in each row" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["Cp (mean of 8 specimens) (pF)", "Cp (max of 8) (pF)", "Cp (mean of max) (pF)", "Cp (mean) (pF)"])
+def test_a_mean_of_specimens_and_another_statistic_are_no_record(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no capacitance column"):
+        read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE)
+
+
+def test_a_mean_of_readings_gives_way_to_the_readings(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s);Cp (pF);Cp (mean of 8) (pF)", TIME, CAPACITANCE, CAPACITANCE + 0.1)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+@pytest.mark.parametrize("name", ["Capacitance Cp (pF) @ 1 kHz, 1 V", "Capacitance Cp (pF)", "Capacitance (Cp) (pF)", "C parallel (pF)"])
+def test_of_a_name_with_cp_in_it_nothing_is_said_to_be_untold(tmp_path: Path, name: str) -> None:
+    assert not any("Cp or Cs" in note for note in read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE).notes)
+    assert any("Cp or Cs" in note for note in read(tmp_path, "Time (s);Capacitance (pF)", TIME, CAPACITANCE).notes)
+
+
+def test_a_row_of_units_in_the_chinese_of_taiwan_is_read(tmp_path: Path) -> None:
+    table = read(tmp_path, "時間;位移;荷重\n秒;公釐;牛頓", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
