@@ -12,6 +12,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
+from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import (
     with_channels_named,
@@ -33,6 +34,8 @@ _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
+# How a terminal is told to write in colour.
+_COLOURS = re.compile(r"\x1b\[[\d;]{0,12}[mK]")
 _LONGEST_LINE = 20_000
 # A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
@@ -145,6 +148,7 @@ def read_lab_text(path: Path) -> LabText:
         text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)
     text, notes = _as_cells(text)
+    notes = (*(["colours of a terminal are left out"] if b"\x1b[" in data else []), *notes)
     lines = _with_whole_cells(text.split("\n"))
     if max(map(len, lines)) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)
@@ -189,6 +193,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    if may_be_logged(text):
+        lines, note = without_loggers(text.split("\n"))
+        text, notes = ("\n".join(lines), [*notes, note]) if lines else (text, notes)
     if _MAY_BE_STAMPED.search(text, 0, _OF_SIGNALS):
         stamped, note = with_stamps_in_cells(text.split("\n"))
         text, notes = ("\n".join(stamped), [*notes, note]) if stamped else (text, notes)
@@ -290,6 +297,7 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
             text = data.decode(encoding)
         except UnicodeDecodeError:
             continue
+        text = _COLOURS.sub("", text) if "\x1b[" in text else text
         if not _CONTROL.search(text):
             return _NAMES.get(encoding, encoding), _without_marks(text)
     zero = data.find(b"\x00")

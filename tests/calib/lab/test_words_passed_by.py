@@ -25,7 +25,8 @@ def read(tmp_path: Path, header: str, *columns: np.ndarray) -> LabTable:
 
 
 @pytest.mark.parametrize(
-    "name", ["Capacitance (mean of 8) (pF)", "Cp mean of 8 (pF)", "Cp (avg of 16 samples) [pF]", "Kapazität (Mittelwert aus 4) (pF)"]
+    "name",
+    ["Capacitance (mean of 8) (pF)", "Cp mean of 8 (pF)", "Cp (avg of 16 samples) [pF]", "Kapazität (Mittelwert aus 4) (pF)"],
 )
 def test_a_mean_of_so_many_readings_is_read_with_a_note(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE)
@@ -33,7 +34,9 @@ def test_a_mean_of_so_many_readings_is_read_with_a_note(tmp_path: Path, name: st
     assert any("holds a mean of readings in each row" in note for note in table.notes)
 
 
-@pytest.mark.parametrize("name", ["Cp (mean of 8 specimens) (pF)", "Cp (max of 8) (pF)", "Cp (mean of max) (pF)", "Cp (mean) (pF)"])
+@pytest.mark.parametrize(
+    "name", ["Cp (mean of 8 specimens) (pF)", "Cp (max of 8) (pF)", "Cp (mean of max) (pF)", "Cp (mean) (pF)"]
+)
 def test_a_mean_of_specimens_and_another_statistic_are_no_record(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match="no capacitance column"):
         read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE)
@@ -44,7 +47,9 @@ def test_a_mean_of_readings_gives_way_to_the_readings(tmp_path: Path) -> None:
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
 
 
-@pytest.mark.parametrize("name", ["Capacitance Cp (pF) @ 1 kHz, 1 V", "Capacitance Cp (pF)", "Capacitance (Cp) (pF)", "C parallel (pF)"])
+@pytest.mark.parametrize(
+    "name", ["Capacitance Cp (pF) @ 1 kHz, 1 V", "Capacitance Cp (pF)", "Capacitance (Cp) (pF)", "C parallel (pF)"]
+)
 def test_of_a_name_with_cp_in_it_nothing_is_said_to_be_untold(tmp_path: Path, name: str) -> None:
     assert not any("Cp or Cs" in note for note in read(tmp_path, f"Time (s);{name}", TIME, CAPACITANCE).notes)
     assert any("Cp or Cs" in note for note in read(tmp_path, "Time (s);Capacitance (pF)", TIME, CAPACITANCE).notes)
