@@ -15,6 +15,7 @@ from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS, STEP_TIMES
 from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.passed_by import may_be_passed_by
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
@@ -25,6 +26,7 @@ from calib.lab.instruments.vocabulary import (
     NEEDS_UNIT,
     Heading,
     as_a_mean,
+    as_a_record,
     heading_as,
     understand,
     understood_names,
@@ -75,6 +77,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings |= by_axis
     by_unit = sheet.alone_in_unit()
     headings = {i: h for i, h in headings.items() if i not in by_unit or i in sheet.assigned or _goes_with(sheet, i, headings)}
+    headings, passed_by = _with_words_passed_by(sheet, headings)
     by_quantity: dict[str, list[PossibleColumn]] = {}
     for index, heading in headings.items():
         by_quantity.setdefault(heading.quantity, []).append(PossibleColumn(index, heading))
@@ -97,6 +100,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             moves = " that moves" if others else ""
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
             notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
+            notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             faults += _at_rest(sheet, quantity, candidates)
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
     notes += _without_empty_capacitance(sheet, chosen, unread)
@@ -163,6 +167,42 @@ def _goes_with(sheet: Sheet, index: int, headings: Mapping[int, Heading]) -> boo
 _TOGETHER = ("displacement", "force", "capacitance")
 
 
+def _with_words_passed_by(sheet: Sheet, headings: Mapping[int, Heading]) -> tuple[dict[int, Heading], dict[int, str]]:
+    """The headings, without the doubt by words in brackets that leave them what they are, and these words: index -> words.
+
+    That is so where no other column is of the quantity by its name, or in a unit of it, and the readings fit it.
+    """
+    kept, words = dict(headings), {}
+    for index, heading in headings.items():
+        said, quantity = heading.not_understood, heading.quantity
+        if not said or index in sheet.assigned or quantity not in _BY_WORDS:
+            continue
+        others = [
+            i
+            for i, name in enumerate(sheet.names)
+            if i != index
+            and (
+                is_unit_of(sheet.unit_written(i) or "?", quantity)
+                or ((h := as_a_record(name, sheet.unit_below(i)) if name else None) is not None and h.quantity == quantity)
+            )
+        ]
+        if not others and all(may_be_passed_by(part, quantity) for part in said) and _goes_with(sheet, index, headings):
+            kept[index] = replace(heading, name_doubt="", not_understood=())
+            words[index] = ", ".join(said)
+    return kept, words
+
+
+# The level of a capacitance matters, and in which circuit it is measured.
+_BY_WORDS = ("time", "displacement", "force")
+
+
+def _passed_by_note(sheet: Sheet, index: int, quantity: str, words: str) -> str:
+    return (
+        f'{quantity} is taken from "{sheet.names[index]}": "{words}" in its name is passed by, and no other column is the '
+        f"{quantity} or in such a unit"
+    )
+
+
 def _by_unit_note(sheet: Sheet, index: int, quantity: str) -> str:
     name, unit = sheet.names[index], sheet.unit_written(index) or sheet.names[index]
     return f'{quantity} is taken from "{name}", the only column in {unit}: if it is something else, --columns {quantity}=none'
@@ -190,8 +230,7 @@ def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_ce
         if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
             continue
         if index in designations and as_a_mean(name, below) is None:
-            shown = f'"{designations[index][1]}" in its name is passed by'
-            notes.append(f'{quantity} is taken from "{name}": {shown}, and no other column is the {quantity} or in such a unit')
+            notes.append(_passed_by_note(sheet, index, quantity, designations[index][1]))
             continue
         why = (
             "holds a mean of readings in each row"

@@ -172,7 +172,7 @@ DERIVED = _set(
     "parasitic open berechnet"
 )
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
-RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted baseline balanced")
+RELATIVE = _set("rel relative relativ offset tared zeroed nulled removed subtracted baseline balanced")
 #: Words of a name whose column counts the phases of one record.
 PHASES = _set(
     "step segment phase stage state cycle block branch direction ramp loop event action schritt abschnitt phasen étape paso "
@@ -226,7 +226,7 @@ RESULTS = _NUMBERS_DRAWN - _set("scheitelwert hold peak peaks valley range pp p-
 )
 #: Words in brackets that say where or how a column was measured, and change nothing.
 REMARKS = QUALIFIERS | _set(
-    "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
+    "absolute abs absolut relative rel relativ druck loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
     "down up calibrated auto medium slow fast"
 )
 #: What measures a place, and may stand beside it in a name: `displacement crosshead`, `LVDT displacement`.

@@ -23,7 +23,8 @@ _PREFIXES = tuple(
         # The same without a time: "INFO:rig:".
         rf"{_LEVEL}:{_SOURCE}:",
         # Syslog: "Apr 12 10:22:31.000 host prog[812]: ", "2023-04-12T10:22:31.000000+02:00 host prog[812]: ".
-        rf"(?:[A-Z][a-z]{{2}} [ \d]\d (?P<clock>{_OF_DAY}(?:\.\d{{1,6}})?)|(?P<stamp>{_DAY}T{_OF_DAY}(?:\.\d{{1,6}})?)(?:Z|[+-]\d\d:?\d\d))"
+        rf"(?:[A-Z][a-z]{{2}} [ \d]\d (?P<clock>{_OF_DAY}(?:\.\d{{1,6}})?)|"
+        rf"(?P<stamp>{_DAY}T{_OF_DAY}(?:\.\d{{1,6}})?)(?:Z|[+-]\d\d:?\d\d))"
         r" [\w.-]{1,60} [\w./-]{1,40}(?:\[\d{1,8}\])?: ",
     )
 )
@@ -69,7 +70,8 @@ def without_loggers(lines: Sequence[str]) -> tuple[list[str], str]:
         times = ["" if match is None else _time_of(match) for match in found]
         kept = any(times) and not any((h := understand(name)) is not None and h.quantity == "time" for name in named)
         of_times = "" if not any(times) else ", whose times are a column" if kept else ", whose times are not read"
-        note = f'what a logger writes before every line is taken off, "{lines[there[0]][: -len(rests[there[0]])].strip()}"{of_times}'
+        prefix = lines[there[0]].removesuffix(rests[there[0]]).strip()
+        note = f'what a logger writes before every line is taken off, "{prefix}"{of_times}'
         return [f"{time}; {rest}" if kept and time else rest for time, rest in zip(times, rests, strict=True)], note
     return [], ""
 

@@ -128,6 +128,7 @@ class Heading:
     unit_doubt : why the unit or a factor cannot be told, which the user's `units` settles; "" if it can.
     name_doubt : why it is not sure that the column is meant, which the user's `columns` settles; "" if it is.
     letter : whether the name is a single letter, which means other things elsewhere.
+    not_understood : what stands in brackets, where nothing but that leaves the name in doubt.
     """
 
     quantity: str
@@ -139,6 +140,7 @@ class Heading:
     unit_doubt: str = ""
     name_doubt: str = ""
     letter: bool = False
+    not_understood: tuple[str, ...] = ()
 
 
 def words(name: str) -> str:
@@ -261,7 +263,7 @@ def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
     return as_a_record(cell, unit_below)
 
 
-# Of how many readings each value is the mean, as a meter averages: "mean of 8", "avg of 16 samples"; of specimens it is no record.
+# Of how many readings each value is the mean, as a meter averages: "mean of 8", "avg of 16 samples"; of specimens it is none.
 _OF_READINGS = re.compile(
     r"(?<![^\W_])(?:mean|average|avg\.?|averaged|mittel|mittelwert|moyenne|media|promedio)\s(?:of|over|aus|von|über|de|sur|di|su)\s"
     r"(?:n\s?=\s?)?\d{1,4}(?![\d.,])(?:\s(?:readings?|samples|points|values|messwerten|messungen|mesures|medidas|letture))?"
@@ -494,11 +496,13 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             index = index_in(bracket)
         else:
             unknown.append(bracket)
+    remarks: tuple[str, ...] = ()
     if unknown and (unit is not None or unit_below):
+        remarks = () if name_doubt else tuple(unknown)
         name_doubt = name_doubt or f'"{unknown[0]}" in brackets is not understood'
     elif unknown and unit is None:
         unit = unknown[-1]
-    return Heading(quantity, meaning.rank, name, unit, index, processed, unit_doubt, name_doubt, letter)
+    return Heading(quantity, meaning.rank, name, unit, index, processed, unit_doubt, name_doubt, letter, remarks)
 
 
 def _unit_of(quantity: str, written: Sequence[str], unit_below: str) -> tuple[str | None, str]:

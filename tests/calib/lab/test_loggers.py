@@ -38,7 +38,7 @@ PREFIXES: list[Prefix] = [
 
 def read(tmp_path: Path, prefix: Prefix, *, own_time: bool = False, above: str = "", end: str = "", text: str = "") -> LabTable:
     path = tmp_path / "rig.log"
-    own = ["t_ms=%d " % (100 * i) if own_time else "" for i in range(N)]
+    own = [f"t_ms={100 * i} " if own_time else "" for i in range(N)]
     rows = [f"{prefix(i)}{own[i]}disp_mm={DEPTH[i]:.4f} force_N={FORCE[i]:.4f}{end}\n" for i in range(N)]
     rows.insert(30, text)
     path.write_text(above + "".join(rows), encoding="utf-8")

@@ -1,0 +1,69 @@
+"""From words that are not understood beside the name of a quantity to whether they leave its column what it is: `(Traverse)`."""
+
+from __future__ import annotations
+
+import re
+
+from calib.lab.instruments.brackets import factor_in, is_factor, no_record, says_sense, words_in
+from calib.lab.instruments.instrument_words import instrument_words
+from calib.lab.instruments.lexicon import (
+    BAD_ROW,
+    DERIVED,
+    KEYS,
+    MARKS_BAD,
+    NUMBERED_OTHERWISE,
+    PHASES,
+    PROCESSED,
+    QUALIFIERS,
+    RELATIVE,
+    SECOND,
+    UNIT_WORDS,
+)
+from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.unit_cells import unit_cell
+from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.vocabulary import FUNCTION, understand, why_unread
+
+_SAYS_MORE = (
+    DERIVED | PROCESSED | RELATIVE | PHASES | SECOND | NUMBERED_OTHERWISE | MARKS_BAD | BAD_ROW | UNIT_WORDS | (KEYS - QUALIFIERS)
+)
+# How words begin that say that readings were computed or converted, or are of a part of what is meant.
+_STEMS = tuple(
+    "simul theor hertz berechn calc comput estim predict geschätzt extrap interp integr deriv ableit gradient inver betrag magnitud "
+    "squar quadrat norm skal scal rest remain verbleib delta diff änder aender chang vari rate geschwin vitesse velo model fem "
+    "virtu ideal dummy placeh unus wrong falsch umgerech convert konvert assum annahm approx left right links rechts gauche droit "
+    "front back half hälfte complian nachgieb bend bieg delay verzög interv mirror gespiegel flip raw roh filt glätt smooth".split()
+)
+# How far an instrument reaches, or at which frequency it measures.
+_REACH = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg|mm|k?Hz|m?V)(?!\w)")
+_WORD = re.compile(r"[^\W\d_]{2,}(?:-[^\W\d_]+)*\.?|[^\W\d_](?:-[^\W\d_]{2,})+")
+_MOST = 4
+_UNITS = {"time": "s", "displacement": "mm", "force": "N", "capacitance": "pF"}
+
+
+def may_be_passed_by(text: str, quantity: str) -> bool:
+    """Whether words leave a column of a quantity what it is: no statistic, factor, unit, other quantity or processing.
+
+    Parameters
+    ----------
+    text : in brackets beside the name, or below it.
+    quantity : that the name means.
+
+    >>> [may_be_passed_by(t, "force") for t in ("S-beam", "DMS", "KAP-S 10N", "Kanal", "lateral", "simuliert", "left", "mN", "x10")]
+    [True, True, True, False, False, False, False, False, False]
+    >>> may_be_passed_by("Tauchspule", "displacement"), may_be_passed_by("temperature", "displacement")
+    (True, False)
+    """
+    plain = " ".join(_REACH.sub(" ", text).split())
+    parts = plain.split()
+    left = [part for part, of_instrument in zip(parts, instrument_words(parts), strict=True) if not of_instrument]
+    said = words_in(plain)
+    return (
+        len(parts) <= _MOST
+        and all(_WORD.fullmatch(part) and not looks_like_unit(part) for part in left)
+        and not any(word in _SAYS_MORE or word.startswith(_STEMS) for word in said)
+        and not (is_factor(text) or factor_in(f" {text}") or says_sense(text) or FUNCTION.search(text) or no_record(text))
+        and not is_of_another(plain, quantity)
+        and (not left or (understand(" ".join(left)) is None and why_unread(" ".join(left)) == "not understood"))
+        and unit_cell(f"({_UNITS.get(quantity, '-')}) {plain}") is not None
+    )
