@@ -25,7 +25,16 @@ from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, understand, why_unread
 
 _SAYS_MORE = (
-    DERIVED | PROCESSED | RELATIVE | PHASES | SECOND | NUMBERED_OTHERWISE | MARKS_BAD | BAD_ROW | UNIT_WORDS | (KEYS - QUALIFIERS)
+    DERIVED
+    | PROCESSED
+    | RELATIVE
+    | PHASES
+    | SECOND
+    | NUMBERED_OTHERWISE
+    | MARKS_BAD
+    | BAD_ROW
+    | UNIT_WORDS
+    | (KEYS - QUALIFIERS)
 )
 # How words begin that say that readings were computed or converted, or are of a part of what is meant.
 _STEMS = tuple(

@@ -14,10 +14,12 @@ from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
+from calib.lab.instruments.passed_by import may_be_passed_by
 from calib.lab.instruments.text import LabText
+from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell, with_its_unit
-from calib.lab.instruments.units import is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import NEEDS_UNIT, understand
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
+from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading, understand
 
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
@@ -301,9 +303,9 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
 
 
 def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) -> str:
-    """What a row says that leaves columns with names and units what they are: types, serial numbers, or one comment on all.
+    """What a row says that leaves columns with names and units what they are: types, serial numbers, comments.
 
-    "" if it says something else, or the columns have no names and units. Words that differ may tell columns apart.
+    "" if it says something else, or the columns have no names and units. Words that differ tell columns of one quantity apart.
     """
     pairs = [(understand(name, unit), unit) for name, unit in zip(names, [*units, *[""] * len(names)], strict=False)]
     needed = [heading.unit or unit for heading, unit in pairs if heading is not None and heading.quantity in NEEDS_UNIT]
@@ -314,7 +316,9 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
         return "types of the columns"
     if all(_SERIAL_NUMBER.fullmatch(cell) for cell in said):
         return "serial numbers"
-    if len(set(said)) > 1 or len(said) + 1 < len(names) or understand(said[0]) is not None or begins_with_unit(said[0]):
+    if len(set(said)) > 1:
+        return "remarks on the columns" if _remarks(cells, [heading for heading, _ in pairs], names, units) else ""
+    if len(said) + 1 < len(names) or understand(said[0]) is not None or begins_with_unit(said[0]):
         return ""
     words = _NUMBER_BEHIND.sub("", said[0])
     changes = (
@@ -324,6 +328,18 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
         or any(unit_cell(f"({unit}) {words}") is None for unit in needed)
     )
     return "" if changes else "one comment on all columns"
+
+
+def _remarks(cells: Sequence[str], headings: Sequence[Heading | None], names: Sequence[str], units: Sequence[str]) -> bool:
+    """Whether a row holds words that leave each column what it is, where no two are of one quantity or in units of one."""
+    quantities = [IN_PLACE_OF.get(h.quantity, h.quantity) for h in headings if h is not None]
+    written = [unit or unit_in(name) for name, unit in zip_longest(names, units, fillvalue="")]
+    apart = all(quantities.count(q) == 1 and sum(is_unit_of(u or "?", q) for u in written) < 2 for q in set(quantities))
+    return apart and all(
+        may_be_passed_by(cell.strip(), heading.quantity if heading is not None else "")
+        for cell, heading in zip_longest(cells[: len(headings)], headings)
+        if cell is not None and cell.strip(" -–—")
+    )
 
 
 def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:

@@ -58,3 +58,96 @@ def test_of_a_name_with_cp_in_it_nothing_is_said_to_be_untold(tmp_path: Path, na
 def test_a_row_of_units_in_the_chinese_of_taiwan_is_read(tmp_path: Path) -> None:
     table = read(tmp_path, "時間;位移;荷重\n秒;公釐;牛頓", TIME, DEPTH, FORCE)
     assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Zeit (Systemzeit) [s];Weg (Traverse) [mm];Kraft (Kanal 1) [N]",
+        "Time (UTC) [s];Displacement (motor) [mm];Force (S-beam) [N]",
+        "Zeit (Messung) [s];Weg (Tauchspule) [mm];Kraft (DMS) [N]",
+        "Zeit (relativ);Weg (Druck);Kraft (gemessen)\n(s);(mm);(N)",
+    ],
+)
+def test_words_in_brackets_that_change_nothing_are_passed_by(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["time"], TIME, atol=1e-4)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("in its name is passed by" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Force (lateral) [N]",
+        "Force (simulation) [N]",
+        "Kraft (berechnet) [N]",
+        "Force (setpoint) [N]",
+        "Force (max) [N]",
+        "Force (left) [N]",
+        "Kraft (umgerechnet) [N]",
+        "Kraft (Betrag) [N]",
+        "Force (per finger) [N]",
+        "Force (temperature) [N]",
+        "Force (step) [N]",
+        "Force (log) [N]",
+        "Force (kN per V) [N]",
+    ],
+)
+def test_words_in_brackets_that_may_change_a_column_are_not_passed_by(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, f"Time (s);Extension (mm);{name}", TIME, DEPTH, FORCE)
+
+
+def test_words_in_brackets_are_not_passed_by_where_another_column_is_of_the_quantity_or_its_unit(tmp_path: Path) -> None:
+    for other in ("Kraft (Messuhr) [N]", "Krag [N]", "Force (max) [N]"):
+        with pytest.raises(InputError):
+            read(tmp_path, f"Time (s);Extension (mm);Kraft (DMS) [N];{other}", TIME, DEPTH, FORCE, 0.3 * FORCE)
+
+
+def test_words_in_brackets_are_not_passed_by_of_a_capacitance_or_of_what_does_not_fit(tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, "Time (s);Capacitance (Platte) [pF]", TIME, CAPACITANCE)
+    with pytest.raises(InputError, match="may be no force"):
+        noise = np.random.default_rng(3).normal(size=N)
+        read(tmp_path, "Time (s);Extension (mm);Kraft (DMS) [N]", TIME, DEPTH, noise)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Point;Zeit;Weg;Kraft\n[-];[s];[mm];[N]\nSensor;intern;LVDT-25;KAP-S 10N",
+        "Point;Time;Displacement;Force\n;s;mm;N\n;;Tester;Instron cell",
+        "No;Time (s);Displacement (mm);Force (N)\n;Logger;Traverse;Messdose",
+    ],
+)
+def test_a_line_of_remarks_below_names_and_units_is_left_out(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, 1.0 + np.arange(N), TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("remarks on the columns" in what.reason or "comments on the columns" in what.reason for what in table.unread)
+
+
+@pytest.mark.parametrize(
+    "below",
+    [
+        "intern;Force;Traverse",  # another name
+        "intern;Traverse;max",
+        "intern;Traverse;x10",
+        "intern;Traverse;kN",
+        "intern;Traverse;(kN) Dose",
+        "intern;thickness;Dose",
+        "intern;Traverse;setpoint",
+        "intern;Traverse;compression negative",
+        "intern;Traverse;scaled",
+    ],
+)
+def test_a_line_that_may_change_a_column_below_names_and_units_is_refused(tmp_path: Path, below: str) -> None:
+    with pytest.raises(InputError, match="stands below the header"):
+        read(tmp_path, f"Time (s);Displacement (mm);Force (N)\n{below}", TIME, DEPTH, FORCE)
+
+
+def test_a_line_of_words_that_tell_two_forces_apart_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="stands below the header"):
+        read(tmp_path, "Time (s);Displacement (mm);Force (N);Force (N)\nPC;LVDT;Dose;Stempel", TIME, DEPTH, FORCE, 0.5 * FORCE)
