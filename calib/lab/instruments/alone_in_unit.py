@@ -18,8 +18,8 @@ from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, hea
 _WORDS = re.compile(
     r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx", re.IGNORECASE
 )
-# Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact, "x"
-# and "y" axes, "T", "V" and "Q" forces across.
+# Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
+# "x" and "y" axes, "T", "V" and "Q" forces across.
 _LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
 # Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1".
 _PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*")

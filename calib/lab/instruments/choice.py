@@ -489,6 +489,21 @@ def _but_of_a_meter(sheet: Sheet, needed: Sequence[str]) -> Sequence[str]:
     return ("capacitance",) if of_unit == {"capacitance"} and "capacitance" in needed else needed
 
 
+def _blanks_among_tabs(sheet: Sheet) -> Fault | None:
+    """The fault of names that stand apart by blanks, so that they are one cell, where tabs part others; None if none do."""
+    parts = {name: re.split(r"\s{2,}", name.strip()) for name in sheet.names} if sheet.delimiter == "\t" else {}
+    name = next((n for n, own in parts.items() if len(own) > 1 and all(understand(part) is not None for part in own)), "")
+    if not name:
+        return None
+    return Fault(
+        f'"{name}" are {len(parts[name])} names with blanks between them, where tabs stand between other cells',
+        sheet.text.path,
+        sheet.header_line or None,
+        sheet.names.index(name) + 1,
+        advice="Put one mark between all cells, such as a tab in place of blanks in succession, in the header and in every row",
+    )
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -500,6 +515,8 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
     reading : what the user says of the file.
     """
     found = frozenset(IN_PLACE_OF.get(q, q) for q in choice.chosen)
+    if family.requirement(found) and (mixed := _blanks_among_tabs(sheet)) is not None:
+        return [mixed]
     there = ", ".join(
         f'"{n}"' + (f" ({choice.unread[i]})" if choice.unread.get(i, "not understood") != "not understood" else "")
         for i, n in enumerate(sheet.names)

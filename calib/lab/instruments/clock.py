@@ -64,6 +64,12 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         row = int(np.argmax(there))
         return ClockTimes(np.full(n, np.nan), conflict="a time of day stands among numbers", row=row, advice="Correct the cell")
     notes: list[str] = []
+    if len(parsed.called) > 1:
+        names = [next((name for name in parsed.called if name and cell.strip().endswith(name)), "") for cell in cells]
+        row = next(i for i, name in enumerate(names) if name != names[0])
+        several = " and ".join(f'"{name}"' if name else "none" for name in parsed.called)
+        return ClockTimes(np.full(n, np.nan), conflict=f"the name of the time zone changes, {several}", row=row, advice=_UTC)
+    notes += [f'"{name}" behind the times is passed by, as it stands behind all of them' for name in parsed.called]
     told = clock_form(parsed, dates, form)
     if told.conflict:
         row = int(np.argmax(there))

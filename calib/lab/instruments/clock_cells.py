@@ -15,11 +15,13 @@ from models.sensor import FloatArray
 
 # Characters of a date with a time of day, blanks around it apart.
 _LONGEST = 80
+# What time zones are called, with their summer times: "12:30:01 CEST". Some name several, so that none is an offset from UTC.
+_ZONE_NAMES = "(?:CES?T|MES?Z|WES?T|EES?T|MSK|BST|IST|[ECMP][SD]T|AK[SD]T|HST|BRT|ART|JST|KST|SGT|HKT|A[CEW][SD]T|NZ[SD]T|SAST|GST|PKT|ICT|WIB)"
 _DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
 _CLOCK = re.compile(
     rf"^\s*(?P<date>{_DATE})?[ T]*"
     r"(?P<first>\d{1,3}):(?P<second>\d{1,2}(?=:)|\d{2})(?::(?P<third>\d{1,2})|(?=[.,]\d))(?P<part>[.,]\d+|(?<=:\d\d):\d{3}(?:\d{3})?)?\s*"
-    r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$"
+    rf"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{{2}}:?\d{{2}})?(?:(?<=[\d\s])(?P<called>{_ZONE_NAMES}))?\s*$"
 )
 # Scripts write "10:0:0", without zeros in front; of two parts it is a ratio as well.
 # The usual one, with a date or without, recognised and read at once.
@@ -28,6 +30,7 @@ _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE
 _DATED = re.compile(rf"{_DATE}[ T]+", re.ASCII)
 _DATE_ALONE = re.compile(rf"\s*{_DATE}\s*")
 _ZONE = re.compile(r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})$", re.ASCII)
+_CALLED = re.compile(rf"(?<=\d)\s*{_ZONE_NAMES}\s*$")
 # Days, hours, minutes and seconds since the start.
 _FOUR_FIELDS = re.compile(r"^\s*(\d{1,4}):(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$", re.ASCII)
 _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
@@ -84,6 +87,7 @@ class ClockParts:
     long_hours : whether hours pass 24, as of a time since the start.
     days : whether most have a fourth part before the others, whose days stand in the hours.
     spelled : whether words say what the parts count: "0 days 00:00:00.1", "PT0.1S", "14h03m07s".
+    called : names of time zones that stand behind them, "" among them where some times have none; () if none has.
     """
 
     parts: FloatArray
@@ -94,6 +98,7 @@ class ClockParts:
     long_hours: bool
     days: bool = False
     spelled: bool = False
+    called: tuple[str, ...] = ()
 
 
 def clock_parts(cells: Sequence[str]) -> ClockParts:
@@ -102,6 +107,8 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     parts, fraction, zones = np.full((n, 3), np.nan), np.zeros(n), np.full(n, np.nan)
     dates = [""] * n
     has_half, four, spelled = False, 0, False
+    cells, name = _without_one_name(cells)
+    called = {name} if name else set()
     cells, zone = _without_one_zone(cells)
     odd = not_clocks(cells, n) or []
     regular = np.ones(n, dtype=bool)
@@ -146,6 +153,7 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
             parts[i, 2] = float(match["third"] + re.sub("[,:]", ".", match["part"] or ""))
         elif match["part"]:
             fraction[i] = float("0" + match["part"].replace(",", "."))
+        called |= {match["called"] or ""} if not name else set()
         if match["zone"]:
             zones[i] = _offset(match["zone"])
         dates[i] = match["date"] or ""
@@ -153,7 +161,20 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     hours = parts[np.isfinite(parts[:, 0]), 0]
     long_hours = not dated and not has_half and bool(np.any(hours > 23)) and bool(np.all(np.diff(hours) >= 0))
     has_days = 2 * four > n
-    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days, spelled)
+    called |= {""} if not name and np.any(regular) else set()
+    names = tuple(sorted(called)) if any(called) else ()
+    return ClockParts(
+        parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days, spelled, names
+    )
+
+
+def _without_one_name(cells: Sequence[str]) -> tuple[Sequence[str], str]:
+    """The cells without the name of a time zone that all of them have, and that; "" if they have none, or several."""
+    first = next((c for c in cells if c.strip()), "")
+    match = _CALLED.search(first)
+    if match is None or not all(not c.strip() or c.endswith(match[0]) for c in cells):
+        return cells, ""
+    return [c.removesuffix(match[0]) for c in cells], match[0].strip()
 
 
 def _without_one_zone(cells: Sequence[str]) -> tuple[Sequence[str], float | None]:

@@ -226,8 +226,8 @@ RESULTS = _NUMBERS_DRAWN - _set("scheitelwert hold peak peaks valley range pp p-
 )
 #: Words in brackets that say where or how a column was measured, and change nothing.
 REMARKS = QUALIFIERS | _set(
-    "absolute abs absolut relative rel relativ druck loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
-    "down up calibrated auto medium slow fast"
+    "absolute abs absolut relative rel relativ druck loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp "
+    "parallel axis down up calibrated auto medium slow fast"
 )
 #: What measures a place, and may stand beside it in a name: `displacement crosshead`, `LVDT displacement`.
 SENSORS = _set("crosshead lvdt dvrt extensometer encoder laser traverse")

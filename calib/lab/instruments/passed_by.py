@@ -1,4 +1,4 @@
-"""From words that are not understood beside the name of a quantity to whether they leave its column what it is: `(Traverse)`."""
+"""From words that are not understood beside a name to whether they leave its column what it is: `Weg (Tauchspule) [mm]`."""
 
 from __future__ import annotations
 
@@ -25,24 +25,16 @@ from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, understand, why_unread
 
 _SAYS_MORE = (
-    DERIVED
-    | PROCESSED
-    | RELATIVE
-    | PHASES
-    | SECOND
-    | NUMBERED_OTHERWISE
-    | MARKS_BAD
-    | BAD_ROW
-    | UNIT_WORDS
-    | (KEYS - QUALIFIERS)
-)
+    DERIVED | PROCESSED | RELATIVE | PHASES | SECOND | NUMBERED_OTHERWISE | MARKS_BAD | BAD_ROW | UNIT_WORDS | KEYS
+) - QUALIFIERS
 # How words begin that say that readings were computed or converted, or are of a part of what is meant.
-_STEMS = tuple(
-    "simul theor hertz berechn calc comput estim predict geschätzt extrap interp integr deriv ableit gradient inver betrag magnitud "
-    "squar quadrat norm skal scal rest remain verbleib delta diff änder aender chang vari rate geschwin vitesse velo model fem "
-    "virtu ideal dummy placeh unus wrong falsch umgerech convert konvert assum annahm approx left right links rechts gauche droit "
-    "front back half hälfte complian nachgieb bend bieg delay verzög interv mirror gespiegel flip raw roh filt glätt smooth".split()
-)
+_COMPUTED = """
+    simul theor hertz berechn calc comput estim predict geschätzt extrap interp integr deriv ableit gradient inver betrag magnitud
+    squar quadrat norm skal scal rest remain verbleib delta diff änder aender chang vari rate geschwin vitesse velo model fem virtu
+    ideal dummy placeh unus wrong falsch umgerech convert konvert assum annahm approx left right links rechts gauche droit front
+    back half hälfte complian nachgieb bend bieg delay verzög interv mirror gespiegel flip raw roh filt glätt smooth
+"""
+_STEMS = tuple(_COMPUTED.split())
 # How far an instrument reaches, or at which frequency it measures.
 _REACH = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg|mm|k?Hz|m?V)(?!\w)")
 _WORD = re.compile(r"[^\W\d_]{2,}(?:-[^\W\d_]+)*\.?|[^\W\d_](?:-[^\W\d_]{2,})+")
@@ -58,8 +50,8 @@ def may_be_passed_by(text: str, quantity: str) -> bool:
     text : in brackets beside the name, or below it.
     quantity : that the name means.
 
-    >>> [may_be_passed_by(t, "force") for t in ("S-beam", "DMS", "KAP-S 10N", "Kanal", "lateral", "simuliert", "left", "mN", "x10")]
-    [True, True, True, False, False, False, False, False, False]
+    >>> [may_be_passed_by(text, "force") for text in ("S-beam", "DMS", "KAP-S 10N", "lateral", "simuliert", "left", "mN", "x10")]
+    [True, True, True, False, False, False, False, False]
     >>> may_be_passed_by("Tauchspule", "displacement"), may_be_passed_by("temperature", "displacement")
     (True, False)
     """
@@ -73,6 +65,13 @@ def may_be_passed_by(text: str, quantity: str) -> bool:
         and not any(word in _SAYS_MORE or word.startswith(_STEMS) for word in said)
         and not (is_factor(text) or factor_in(f" {text}") or says_sense(text) or FUNCTION.search(text) or no_record(text))
         and not is_of_another(plain, quantity)
-        and (not left or (understand(" ".join(left)) is None and why_unread(" ".join(left)) == "not understood"))
+        and (not left or _says_nothing_else(" ".join(left), quantity))
         and unit_cell(f"({_UNITS.get(quantity, '-')}) {plain}") is not None
     )
+
+
+def _says_nothing_else(words: str, quantity: str) -> bool:
+    """Whether words are not understood, or are another name of the quantity, as of the crosshead."""
+    found = understand(words)
+    same = found is not None and found.quantity == quantity and not (found.name_doubt or found.index or found.processed)
+    return same or (found is None and why_unread(words) == "not understood")

@@ -423,8 +423,11 @@ def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
 
 
 def _of_two_instruments(sheet: Sheet) -> bool:
-    found = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings().values()}
-    return "capacitance" in found and bool(found & {"force", "displacement"})
+    return _has(sheet, "capacitance") and (_has(sheet, "force") or _has(sheet, "displacement"))
+
+
+def _has(sheet: Sheet, quantity: str) -> bool:
+    return any(IN_PLACE_OF.get(h.quantity, h.quantity) == quantity for h in sheet.headings().values())
 
 
 def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
@@ -471,6 +474,9 @@ def _choice_of(
     blocks = blocks_of_clocks(sheet, sheet.columns) if quantity == "time" else ()
     if blocks:
         advice, choice = choice_of_clock(sheet, blocks)
+    elif quantity == "time" and _of_two_instruments(sheet) and not _has(sheet, "displacement"):
+        # A load alone is no press: without the capacitance nothing is left.
+        advice = f"If the rows of both are of one time, say which one is meant: {choice}"
     elif quantity == "time" and _of_two_instruments(sheet):
         advice = (
             "Save the records of two instruments as two files, or leave out what was not read at the time that is meant: "

@@ -312,3 +312,23 @@ def test_the_date_of_a_calibration_is_not_the_beginning_of_a_test(tmp_path: Path
     text = path.read_text(encoding="utf-8")
     path.write_text("Calibration due: 2026-01-31\nSaved 2024-06-01\nTest start: 2024-05-02 12:30:01\n" + text, encoding="utf-8")
     assert read_lab_file(path).started == datetime(2024, 5, 2, 12, 30, 1)
+
+
+@pytest.mark.parametrize("name", ["CEST", "PDT", "MEZ", "JST"])
+@pytest.mark.parametrize("day", ["2024-06-12 ", ""])
+def test_the_name_of_a_time_zone_behind_all_times_is_passed_by_with_a_note(name: str, day: str) -> None:
+    read = read_clock([f"{day}14:03:{7 + i // 2:02d}.{5 * (i % 2)} {name}" for i in range(60)])
+    np.testing.assert_allclose(np.diff(read.seconds), 0.5)
+    assert any(f'"{name}" behind the times is passed by' in note for note in read.notes)
+
+
+@pytest.mark.parametrize(("one", "other"), [("CEST", "CET"), ("CEST", ""), ("", "CEST")])
+def test_a_name_of_a_time_zone_that_changes_is_refused(one: str, other: str) -> None:
+    read = read_clock([f"2024-06-12 14:03:{i:02d}.5 {one if i < 30 else other}".strip() for i in range(60)])
+    assert "the name of the time zone changes" in read.conflict
+    assert read.row == 30
+
+
+@pytest.mark.parametrize("cell", ["14:03:07 XYZ", "14:03:07 N", "14:03:07 mm", "14:03:07 Z CEST"])
+def test_other_letters_behind_a_time_are_no_time_zone(cell: str) -> None:
+    assert not is_clock(cell)

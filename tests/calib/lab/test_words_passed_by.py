@@ -109,8 +109,8 @@ def test_words_in_brackets_are_not_passed_by_where_another_column_is_of_the_quan
 def test_words_in_brackets_are_not_passed_by_of_a_capacitance_or_of_what_does_not_fit(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         read(tmp_path, "Time (s);Capacitance (Platte) [pF]", TIME, CAPACITANCE)
+    noise = np.random.default_rng(3).normal(size=N)
     with pytest.raises(InputError, match="may be no force"):
-        noise = np.random.default_rng(3).normal(size=N)
         read(tmp_path, "Time (s);Extension (mm);Kraft (DMS) [N]", TIME, DEPTH, noise)
 
 
@@ -151,3 +151,25 @@ def test_a_line_that_may_change_a_column_below_names_and_units_is_refused(tmp_pa
 def test_a_line_of_words_that_tell_two_forces_apart_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="stands below the header"):
         read(tmp_path, "Time (s);Displacement (mm);Force (N);Force (N)\nPC;LVDT;Dose;Stempel", TIME, DEPTH, FORCE, 0.5 * FORCE)
+
+
+def test_names_apart_by_blanks_among_tabs_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "lab.txt"
+    rows = [f"{TIME[k]:.2f}  {DEPTH[k]:.4f}\t{FORCE[k]:.4f}" for k in range(N)]
+    path.write_text("\n".join(["Time[s]   Disp[mm]\tForce[N]", *rows, ""]))
+    with pytest.raises(InputError, match="2 names with blanks between them, where tabs stand") as refused:
+        read_lab_file(path, Reading())
+    assert "Put one mark between all cells" in str(refused.value)
+    path.write_text("\n".join(["Time[s]\tDisp[mm]\tForce[N]", *(row.replace("  ", "\t") for row in rows), ""]))
+    assert np.allclose(read_lab_file(path, Reading()).columns["force"], FORCE, atol=1e-4)
+
+
+def test_of_a_force_and_a_capacitance_with_a_time_each_the_advice_leads_on(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{TIME[k]:.3f},{FORCE[k]:.4f},{TIME[k] + 0.013:.3f},{CAPACITANCE[k]:.4f}" for k in range(N)]
+    path.write_text("\n".join(["Time (s),Force (N),Time (s),Cp (pF)", *rows, ""]))
+    with pytest.raises(InputError, match="--columns time=1 or --columns time=3") as refused:
+        read_lab_file(path, Reading())
+    assert "capacitance=none" not in str(refused.value)
+    table = read_lab_file(path, Reading(columns={"time": "1"}))
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
