@@ -12,6 +12,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab import Reading, read_lab_file
 from calib.lab.instruments.clock import read_clock
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.clock_form import form_of_clock
 
 N = 90
