@@ -16,9 +16,7 @@ from models.sensor import FloatArray
 # Characters of a date with a time of day, blanks around it apart.
 _LONGEST = 80
 # What time zones are called, with their summer times: "12:30:01 CEST". Some name several, so that none is an offset from UTC.
-_ZONE_NAMES = (
-    "(?:CES?T|MES?Z|WES?T|EES?T|MSK|BST|IST|[ECMP][SD]T|AK[SD]T|HST|BRT|ART|JST|KST|SGT|HKT|A[CEW][SD]T|NZ[SD]T|SAST|GST)"
-)
+_ZONE_NAMES = "(?:CES?T|MES?Z|WES?T|EES?T|MSK|BST|IST|[ECMP][SD]T|AK[SD]T|HST|BRT|ART|JST|KST|SGT|HKT|A[CEW][SD]T|NZ[SD]T|GST)"
 _DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
 _CLOCK = re.compile(
     rf"^\s*(?P<date>{_DATE})?[ T]*"
