@@ -15,7 +15,7 @@ from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS, STEP_TIMES
 from calib.lab.instruments.numbers import is_missing, is_numeric
-from calib.lab.instruments.passed_by import may_be_passed_by
+from calib.lab.instruments.passed_by import tells_how_measured
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
@@ -168,7 +168,7 @@ _TOGETHER = ("displacement", "force", "capacitance")
 
 
 def _with_words_passed_by(sheet: Sheet, headings: Mapping[int, Heading]) -> tuple[dict[int, Heading], dict[int, str]]:
-    """The headings, without the doubt by words in brackets that leave them what they are, and these words: index -> words.
+    """The headings, without the doubt by words in brackets of how they are measured, and these words: index -> words.
 
     That is so where no other column is of the quantity by its name, or in a unit of it, and the readings fit it.
     """
@@ -186,7 +186,7 @@ def _with_words_passed_by(sheet: Sheet, headings: Mapping[int, Heading]) -> tupl
                 or ((h := as_a_record(name, sheet.unit_below(i)) if name else None) is not None and h.quantity == quantity)
             )
         ]
-        if not others and all(may_be_passed_by(part, quantity) for part in said) and _goes_with(sheet, index, headings):
+        if not others and all(tells_how_measured(part, quantity) for part in said) and _goes_with(sheet, index, headings):
             kept[index] = replace(heading, name_doubt="", not_understood=())
             words[index] = ", ".join(said)
     return kept, words

@@ -34,6 +34,79 @@ _COMPUTED = """
     glätt smooth
 """
 _STEMS = tuple(_COMPUTED.split())
+# Words of how and with what a reading is taken: of others it is not known what they say of a column.
+_OF_MEASURING = frozenset(
+    [
+        "absolut",
+        "absolute",
+        "absolu",
+        "actuator",
+        "aktor",
+        "aufnehmer",
+        "beam",
+        "clock",
+        "computer",
+        "crosshead",
+        "dehnmessstreifen",
+        "dms",
+        "dose",
+        "druck",
+        "encoder",
+        "extern",
+        "external",
+        "fühler",
+        "gemessen",
+        "host",
+        "intern",
+        "internal",
+        "kanal",
+        "kolben",
+        "kraftaufnehmer",
+        "kraftmessdose",
+        "kraftsensor",
+        "laser",
+        "loadcell",
+        "logger",
+        "lokal",
+        "local",
+        "lvdt",
+        "machine",
+        "maschine",
+        "measured",
+        "measurement",
+        "medido",
+        "messdose",
+        "messtaster",
+        "messung",
+        "messwert",
+        "mesuré",
+        "motor",
+        "pc",
+        "piston",
+        "probe",
+        "rechner",
+        "relativ",
+        "relative",
+        "rig",
+        "s-beam",
+        "sensor",
+        "servo",
+        "stage",
+        "stempel",
+        "stepper",
+        "system",
+        "systemzeit",
+        "taster",
+        "tauchspule",
+        "tester",
+        "traverse",
+        "uhr",
+        "utc",
+        "wegaufnehmer",
+        "zelle",
+        "zylinder",
+    ]
+)
 # How far an instrument reaches, or at which frequency it measures.
 _REACH = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg|mm|k?Hz|m?V)(?!\w)")
 _WORD = re.compile(r"[^\W\d_]{2,}(?:-[^\W\d_]+)*\.?|[^\W\d_](?:-[^\W\d_]{2,})+")
@@ -67,6 +140,24 @@ def may_be_passed_by(text: str, quantity: str) -> bool:
         and (not left or _says_nothing_else(" ".join(left), quantity))
         and unit_cell(f"({_UNITS.get(quantity, '-')}) {plain}") is not None
     )
+
+
+def tells_how_measured(text: str, quantity: str) -> bool:
+    """Whether words in brackets leave a column what it is, and are known: those of an instrument, and of how it measures.
+
+    Parameters
+    ----------
+    text, quantity : as of `may_be_passed_by`.
+
+    >>> [tells_how_measured(text, "force") for text in ("S-beam", "gemessen", "quux", "lateral")]
+    [True, True, False, False]
+    """
+    parts = " ".join(_REACH.sub(" ", text).split()).split()
+    told = instrument_words(parts)
+    known = all(
+        of_instrument or part.strip(".").lower() in _OF_MEASURING for part, of_instrument in zip(parts, told, strict=True)
+    )
+    return known and may_be_passed_by(text, quantity)
 
 
 def _says_nothing_else(words: str, quantity: str) -> bool:

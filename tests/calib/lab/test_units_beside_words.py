@@ -79,7 +79,7 @@ def test_a_remark_beside_a_unit_in_a_name_leaves_the_column_what_it_is(tmp_path:
         ("Force (N, peak)", '"peak" is a statistic'),
         ("Force (N, x10)", 'the factor "x10"'),
         ("Force (N, setpoint)", '"setpoint" was commanded'),
-        ("Force (N, left quux)", "is not understood"),
+        ("Force (N, quux)", "is not understood"),
     ],
 )
 def test_a_remark_beside_a_unit_that_changes_the_column_is_none(tmp_path: Path, name: str, said: str) -> None:
