@@ -211,9 +211,7 @@ def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: 
     told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
 
 
-def _filled_from(
-    order: IntArray, y: FloatArray, quantity: str, others: Mapping[str, FloatArray], written: float
-) -> int | None:
+def _filled_from(order: IntArray, y: FloatArray, quantity: str, others: Mapping[str, FloatArray], written: float) -> int | None:
     """The last row of one number from an end of the record on, while the load goes on as beside it; None if there is none.
 
     `order` is the rows from that end on. What stands still out of contact, or within a last digit, is none, nor is a zero, below
@@ -236,6 +234,8 @@ def _filled_from(
         return None
     if float(np.sum(steps[:2])) / way < _AT_ONCE * 2 / steps.size:
         return None  # it begins slowly, as one that comes to touch
+    if float(np.max(np.abs(steps))) > _AT_ONCE * abs(way):
+        return None  # a jump, or one digit of a coarse display
     for other, w in others.items():
         there, beside = w[order[last - _STEPS_BEHIND : last + 1]], w[order[last : last + 1 + _STEPS_BEHIND]]
         if other == "displacement" or not np.all(np.isfinite(there)) or not np.all(np.isfinite(beside)):

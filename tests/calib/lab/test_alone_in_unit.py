@@ -222,7 +222,12 @@ def test_a_capacitance_of_which_a_number_was_taken_off_is_asked_about(tmp_path: 
 
 @pytest.mark.parametrize(
     ("force", "capacitance"),
-    [("Load-2 (N)", "C-1 (pF)"), ("Force - 12 (N)", "C-01 (pF)"), ("Force-10 (N)", "Cap-2 (pF)"), ("Load 12 (N)", "Cp-1kHz (pF)")],
+    [
+        ("Load-2 (N)", "C-1 (pF)"),
+        ("Force - 12 (N)", "C-01 (pF)"),
+        ("Force-10 (N)", "Cap-2 (pF)"),
+        ("Load 12 (N)", "Cp-1kHz (pF)"),
+    ],
 )
 def test_the_number_of_a_channel_a_model_or_a_force_is_not_taken_off(tmp_path: Path, force: str, capacitance: str) -> None:
     table = read(tmp_path, f"Time (s),Extension (mm),{force},{capacitance}", TIME, DEPTH, FORCE, CAPACITANCE)

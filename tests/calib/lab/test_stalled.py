@@ -124,3 +124,10 @@ def test_a_rest_under_load_before_the_press_freezes_nothing(tmp_path: Path, n: i
     columns["displacement"][:n] = PRESS.columns["displacement"][20]
     obs = observed(tmp_path, columns)
     assert not any("of the record, while" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("digits", [1.0, 0.5])
+def test_a_level_of_a_coarse_display_and_a_jump_from_it_are_not_filled_cells(tmp_path: Path, digits: float) -> None:
+    coarse = np.where(np.arange(200) < 40, 97.0, 97.0 + digits) + np.where(np.arange(200) < 60, 0.0, digits)
+    obs = observed(tmp_path, {q: v[:100] for q, v in (PRESS.columns | {"capacitance": coarse}).items()})
+    assert not any("of the record, while" in r for r in obs.reason)
