@@ -202,10 +202,10 @@ def _asleep(rows: IntArray, y: FloatArray, quantity: str, values: Mapping[str, F
 
 def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: Stalled) -> None:
     cell = sheet.columns[column.index][last].strip()[:40]
+    lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     why = (
-        f'{_name(column.quantity)} is "{cell}" to the last digit in lines {int(sheet.lines[first])} to {int(sheet.lines[last])}, '
-        f"at {'an end' if first else 'the beginning'} of the record, while the other channels go on: not measured there, as where "
-        "empty cells were filled from their neighbour"
+        f'{_name(column.quantity)} is "{cell}" to the last digit in {lines}, at {"an end" if first else "the beginning"} of '
+        "the record, while the other channels go on: not measured there, as where empty cells were filled from their neighbour"
     )
     told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
     told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
@@ -214,8 +214,8 @@ def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: 
 def _filled_from(order: IntArray, y: FloatArray, quantity: str, others: Mapping[str, FloatArray], written: float) -> int | None:
     """The last row of one number from an end of the record on, while the load goes on as beside it; None if there is none.
 
-    `order` is the rows from that end on. What stands still out of contact, or within a last digit, is none, nor is a zero, below
-    which nothing is shown. A load is none either whose readings do not scatter: there the capacitance may feel the ball come.
+    `order` is the rows from that end on. What stands still out of contact, or within a last digit, is none, nor is a zero,
+    below which nothing is shown. A load is none either whose readings do not scatter: the capacitance may feel the ball come.
     """
     v = y[order]
     change = np.flatnonzero(np.diff(v) != 0)

@@ -12,6 +12,7 @@ from calib.lab.quality.grade import Grade, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL
+from models.sensor import FloatArray
 
 #: Readings in contact. Noise (sd) judged from the n - 4 degrees of freedom that a cubic leaves is uncertain by
 #: 1 / sqrt(2 (n - 4)): 12 % at 40 readings, which is also the number of points a channel is reduced to, and 25 % at 12.
@@ -206,7 +207,7 @@ def _time_of_turn(obs: Observations, first: int, last: int, usual: float) -> flo
 
 
 def _leap(x: FloatArray) -> tuple[int, float] | None:
-    """The row from 0 behind which a displacement leaps by dozens of the steps on both sides, and by how many; None if none does.
+    """The row from 0 behind which a displacement leaps by dozens of the steps on both sides, and by how many; None if none.
 
     On both sides it goes on evenly in the direction of the leap, which the steps of a staircase with rests do not, and it leaps
     seldom, which a drive that goes by jerks does not.

@@ -214,7 +214,7 @@ def test_a_word_that_begins_with_d_or_has_a_hyphen_is_no_change(tmp_path: Path, 
 )
 def test_a_capacitance_of_which_a_number_was_taken_off_is_asked_about(tmp_path: Path, name: str) -> None:
     header = f"Time (s),Extension (mm),Force (N),{name}"
-    with pytest.raises(InputError, match="taken off it is a difference and no capacitance, to which .* has to be added again"):
+    with pytest.raises(InputError, match=r"taken off it is a difference and no capacitance, to which .* has to be added again"):
         read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE - 90)
     table = read_lab_file(tmp_path / "lab.csv", Reading(columns={"capacitance": name}))
     assert "capacitance" in table.columns

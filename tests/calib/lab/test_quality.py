@@ -446,7 +446,7 @@ def test_a_rest_at_the_turn_that_is_written_less_often_is_no_gap(tmp_path: Path)
 
 @pytest.mark.parametrize("rows", [20, 60, 300])
 def test_rows_that_were_deleted_and_their_times_numbered_anew_leave_a_leap(tmp_path: Path, rows: int) -> None:
-    t, x, f = (v[np.r_[0:600, 600 + rows : v.size]] for v in Test().columns())
+    _, x, f = (v[np.r_[0:600, 600 + rows : v.size]] for v in Test().columns())
     lines = "".join(f"{0.1 * i:.3f},{b:.5f},{c:.4f}\n" for i, (b, c) in enumerate(zip(x, f, strict=True)))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
     found = grade(observe(read_lab_file(tmp_path / "t.csv")), "gap in time")
