@@ -82,7 +82,7 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
 
 def _check_loss(table: LabTable, loss: FloatArray, header_line: int, reading: Reading) -> None:
     """Refuse a D above 1, with which a capacitor is a resistance: it may be in per cent, which the name does not say."""
-    there, name = loss[np.isfinite(loss)], table.sources["dissipation"]
+    there, name = loss[np.isfinite(loss)], table.sources.get("dissipation", "D")
     if not there.size or float(np.median(there)) <= 1 or "dissipation" in reading.units or "%" in name:
         return
     choice = Choice("units", ("%", "1"), "dissipation")
