@@ -21,6 +21,9 @@ _WORDS = re.compile(
 # Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
 # "x" and "y" axes, "T", "V" and "Q" forces across.
 _LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
+# A change, "dCp", and a difference of capacitances, "Kap - Ref", "Cmeas-Cref": as those with a Greek letter.
+_CHANGE = re.compile(r"d[A-Z].*")
+_DIFFERENCE = re.compile(r"\s-\s|\bC\w*-C", re.IGNORECASE)
 # Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1".
 _PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*")
 # Scripts of which a word is one letter or two.
@@ -81,6 +84,8 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
+        and not (_CHANGE.match(outside) or (outside[:1] == "d" and understand(outside[1:], below or unit)))
+        and not (quantity == "capacitance" and _DIFFERENCE.search(outside))
         and not FUNCTION.search(outside)
         and why_unread(name, below) == "not understood"
     )

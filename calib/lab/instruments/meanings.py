@@ -24,6 +24,8 @@ PLAIN = 200
 
 # Names with a number or a letter behind or before them: "load 2", "cap2", "force b", "load .1", "c 1 force", "ch3 load".
 _NUMBERED = re.compile(r"^(?P<name>.*[^\W\d])[ #.-]*(?P<index>\d{1,3})$")
+# A number that is taken off: "cp - 90", "c-90"; a channel has one digit close behind its name, or a zero first: "c-1", "c-01".
+_TAKEN_OFF = re.compile(r"(?<=[^\W\d])(?:\s+-\s*\d+|-\s*[1-9]\d+|-\s+\d+)(?![\w.,])")
 _LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-f]|ii|iii)$")
 _LEADING = re.compile(r"^(?:[a-z]|ch|chan|channel|kanal|sensor|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
 _AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)? ?[km]?hz)$")
@@ -88,7 +90,9 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
         if match is not None:
             found = list(plain_meanings(match["name"].strip(" .#-"))) or list(_qualified(match["name"].strip(" .#-")))
             if found:
-                yield from (Meaning(m.quantity, m.rank + PLAIN, match["index"], m.processed, m.doubt) for m in found)
+                for m in found:
+                    doubt = m.doubt or _difference(m.quantity, name)
+                    yield Meaning(m.quantity, m.rank + PLAIN, match["index"], m.processed, doubt)
                 return
     match = _AXIS.match(name)
     if match is not None and (match["axis"] or match["first"]) == "z":
@@ -157,7 +161,7 @@ def _qualified(name: str) -> Iterator[Meaning]:
     index = next((w for w in parts if w in SECOND), "")
     rest = " ".join(left)
     for m in list(plain_meanings(rest)) or list(_indexed(rest)):
-        doubt = doubt_of(m.quantity, parts)
+        doubt = doubt_of(m.quantity, parts) or _difference(m.quantity, name)
         yield Meaning(m.quantity, m.rank + PLAIN, index or m.index, processed or m.processed, doubt, letter=len(rest) == 1)
 
 
@@ -181,6 +185,15 @@ def _indexed(name: str) -> Iterator[Meaning]:
         match = pattern.match(name)
         if match is not None:
             yield from (Meaning(m.quantity, m.rank, match["index"]) for m in plain_meanings(match["name"].strip(" .#-")))
+
+
+def _difference(quantity: str, name: str) -> str:
+    """Why a capacitance with a number behind a minus is in doubt; "" if it is not, as a force, which has a zero anyway."""
+    taken = _TAKEN_OFF.search(name)
+    if taken is None or not quantity.startswith("capacitance"):
+        return ""
+    number = taken[0].strip("- ")
+    return f"with {number} taken off it is a difference and no capacitance, to which {number} has to be added again"
 
 
 def other_axis(name: str) -> str:

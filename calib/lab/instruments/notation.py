@@ -114,6 +114,8 @@ _SHOWN = {mark: _shown(mark) for mark in ".,"}
 # After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
 _PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
 _WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+# Nines, or with a minus before them, that stand for no reading.
+_NINES = re.compile(r"[+-]?9{3,}")
 _THOUSANDS = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{4,}}[ \t]*$", re.MULTILINE | re.ASCII)
 # With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
 _ONE_AND_MORE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
@@ -259,6 +261,8 @@ def _decimal(
         return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as it does in the millions of another column", "", ()
     plain = _PLAIN_WHOLE.search(text)
     hundreds = _WHOLE.search(text)
+    if plain and seen == {mark} and _of_nines({m[0].strip() for m in islice(_PLAIN_WHOLE.finditer(text), _MANY)}):
+        return mark, "", "", ()
     if plain and (hundreds or seen != {mark}):
         fitting = _going_on(cells, mark)
         if fitting == "decimal" and seen <= {mark}:
@@ -278,6 +282,11 @@ def _decimal(
         return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
+
+
+def _of_nines(whole: set[str]) -> bool:
+    """Whether whole numbers are one only, which stands for no reading: "-999", "9999"."""
+    return len(whole) == 1 and all(map(_NINES.fullmatch, whole))
 
 
 def _going_on(cells: Sequence[str], mark: str) -> str:

@@ -35,7 +35,7 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
     Raises
     ------
     InputError
-        If there is Cs but no D, or a Cp beside it that is of another capacitor.
+        If there is Cs but no D, a D above 1 in no unit, or a Cp beside it that is of another capacitor.
     """
     columns = dict(table.columns)
     sources = dict(table.sources)
@@ -68,6 +68,7 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
             )
         )
     else:
+        _check_loss(table, columns["dissipation"], header_line, reading)
         parallel = series / (1 + columns["dissipation"] ** 2)  # Cs = Cp (1 + D^2)
         parallel.flags.writeable = False
         columns["capacitance"] = parallel
@@ -76,6 +77,24 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
         notes.append(f'"{source}" converted to Cp by Cs = Cp (1 + D^2), which changes it by {share:.2g} at most')
     return replace(
         table, columns=MappingProxyType(columns), sources=MappingProxyType(sources), notes=tuple(notes), unread=unread
+    )
+
+
+def _check_loss(table: LabTable, loss: FloatArray, header_line: int, reading: Reading) -> None:
+    """Refuse a D above 1, with which a capacitor is a resistance: it may be in per cent, which the name does not say."""
+    there, name = loss[np.isfinite(loss)], table.sources.get("dissipation", "D")
+    if not there.size or float(np.median(there)) <= 1 or "dissipation" in reading.units or "%" in name:
+        return
+    choice = Choice("units", ("%", "1"), "dissipation")
+    raise InputError(
+        Fault(
+            f'column "{name}" is {float(np.median(there)):.3g} in most rows, a loss above 1 that would make less than half of '
+            f'"{table.sources["capacitance_series"]}": it may be in per cent',
+            table.path,
+            header_line or None,
+            advice=f"Say which: {choice}",
+            choice=choice,
+        )
     )
 
 

@@ -32,6 +32,8 @@ _MOSTLY = 0.8
 _SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
+# Columns that differ by a constant but for more than this share of the span differ by their scale, too.
+_CONSTANT = 1e-3
 # A column whose smallest step is so many times that of another is coarser.
 _COARSE = 5.0
 # Largest difference of a reading from one that was rounded to a last digit, as a share of half of that.
@@ -500,7 +502,9 @@ def _apart(quantity: str, best: PossibleColumn, other: PossibleColumn, word: str
     if best.values is None or other.values is None:
         return ""
     if word in ("zero", "sign"):
-        return " by a constant" if word == "zero" else " by their sign"
+        # Clocks of different rates, and readings of which one is scaled by a little, are apart by more than a constant.
+        more = f", but for {100 * share:.2g} % of their span" if share > _CONSTANT else ""
+        return f" by a constant{more}" if word == "zero" else f" by their sign{more}"
     but = ""
     if not quantity.startswith("capacitance"):
         spans = [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (best.values, other.values)]

@@ -77,6 +77,11 @@ def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES))
     if unknown:
         raise InputError([Fault(no_such_quantity(name), path) for name in unknown])
+    tables = {"columns": reading.columns, "units": reading.units, "where": reading.where, "sign": reading.sign}
+    no_text = [(option, *item) for option, table in tables.items() for item in table.items() if not isinstance(item[1], str)]
+    if no_text:
+        how = 'Write it in quotes: {} = {{"{}": "{}"}}'
+        raise InputError([Fault(f"{o}: {k} = {v!r} is no text", path, advice=how.format(o, k, v)) for o, k, v in no_text])
     for name, said, known in (("decimal", reading.decimal, (".", ",")), ("scale", reading.scale, ("micro",))):
         if said and said not in known:
             listed = " or ".join(f'"{word}"' for word in known)

@@ -36,6 +36,8 @@ _NO_HALTS, _CELLS = 0.95, 200
 _KEEPS_PACE = 0.7
 # A channel is asleep at the beginning for so many rows at least, and awakes by so many of the steps behind, of which most move.
 _ASLEEP, _AWAKES, _STEPS_BEHIND = 8, 4.0, 7
+# A channel that stands still to an end of the record goes on beside it at once if its first steps are such a share of the next.
+_AT_ONCE = 0.5
 # Readings that are the same, and those of a channel at rest, as shares of the range.
 _SAME, _AT_REST = 1e-9, 0.03
 # The ball goes back by such a share of its travel behind the largest reading.
@@ -104,8 +106,13 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
         if asleep is not None:
             _tell_asleep(sheet, column, int(rows[0]), *asleep, reading, told)
         written = _last_digit(sheet.columns[column.index], rows) * column.factor
+        for order in (rows, rows[::-1]) if asleep is None else (rows[::-1],):
+            inmost = _filled_from(order, y, column.quantity, others, written)
+            if inmost is not None:
+                _tell_filled(sheet, column, int(min(order[0], inmost)), int(max(order[0], inmost)), told)
         for first, last, kind in _runs(rows, y, others, written, driven=column.quantity == "displacement"):
-            _tell(sheet, column, first, last, kind, told)
+            if first not in told.lost.get(column.quantity, {}):
+                _tell(sheet, column, first, last, kind, told)
     return told
 
 
@@ -191,6 +198,52 @@ def _asleep(rows: IntArray, y: FloatArray, quantity: str, values: Mapping[str, F
         if not pace > 0 or not abs(jump) > _AWAKES * usual * max(1.0, float(apart[0]) / pace):
             return None
     return int(rows[last]), jump, float(np.mean(steps))
+
+
+def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: Stalled) -> None:
+    cell = sheet.columns[column.index][last].strip()[:40]
+    lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
+    why = (
+        f'{_name(column.quantity)} is "{cell}" to the last digit in {lines}, at {"an end" if first else "the beginning"} of '
+        "the record, while the other channels go on: not measured there, as where empty cells were filled from their neighbour"
+    )
+    told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
+    told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
+
+
+def _filled_from(order: IntArray, y: FloatArray, quantity: str, others: Mapping[str, FloatArray], written: float) -> int | None:
+    """The last row of one number from an end of the record on, while the load goes on as beside it; None if there is none.
+
+    `order` is the rows from that end on. What stands still out of contact, or within a last digit, is none, nor is a zero,
+    below which nothing is shown. A load is none either whose readings do not scatter: the capacitance may feel the ball come.
+    """
+    v = y[order]
+    change = np.flatnonzero(np.diff(v) != 0)
+    if not change.size or int(change[0]) + 1 < _ASLEEP or v.size - int(change[0]) < 2 * _STEPS_BEHIND:
+        return None
+    last = int(change[0])
+    lengths = np.diff(change)
+    steps = np.diff(v[last : last + 1 + _STEPS_BEHIND])
+    way, noise = float(np.sum(steps)), noise_of(v[last + 1 :])
+    usual = float(np.quantile(lengths, 0.9)) if lengths.size else np.inf
+    if last + 1 < _USUAL * usual or (v[0] == 0 and quantity in ("displacement", "force")):
+        return None
+    if quantity == "force" and noise < written:
+        return None
+    if _GOES_ON * abs(way) < max(_NOISES * noise, _DIGITS * min(written, last_step(v))):
+        return None
+    if float(np.sum(steps[:2])) / way < _AT_ONCE * 2 / steps.size:
+        return None  # it begins slowly, as one that comes to touch
+    if float(np.max(np.abs(steps))) > _AT_ONCE * abs(way):
+        return None  # a jump, or one digit of a coarse display
+    for other, w in others.items():
+        there, beside = w[order[last - _STEPS_BEHIND : last + 1]], w[order[last : last + 1 + _STEPS_BEHIND]]
+        if other == "displacement" or not np.all(np.isfinite(there)) or not np.all(np.isfinite(beside)):
+            continue
+        moved, then = float(there[-1] - there[0]), float(beside[-1] - beside[0])
+        if moved * then > 0 and abs(moved) > max(_GOES_ON * abs(then), _NOISES * noise_of(w[np.isfinite(w)])):
+            return int(order[last])
+    return None
 
 
 def _moved(v: FloatArray | None, rows: IntArray) -> bool:

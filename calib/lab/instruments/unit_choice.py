@@ -96,7 +96,11 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         )
     if not said:
         needed = quantity in (*NEEDS_UNIT, "frequency")
-        return fault(f'column "{name}" has no unit', example, any_usual) if needed else (None, 1.0)
+        # A letter alone may be anything, as C a cycle; a press is one without it.
+        beside = {sheet.plain_heading(i).quantity for i in range(len(sheet.names))} if heading.letter else set()
+        optional = shown == "capacitance" and "force" in beside
+        without = f"; if it is none, leave it out: {Choice('columns', ('none',), shown)}" if optional else ""
+        return fault(f'column "{name}" has no unit', f"{example}{without}", any_usual) if needed else (None, 1.0)
     try:
         factors = [lab_factor(unit, quantity) for unit in said]
     except ValueError as error:

@@ -12,6 +12,7 @@ from calib.lab.quality.grade import Grade, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL
+from models.sensor import FloatArray
 
 #: Readings in contact. Noise (sd) judged from the n - 4 degrees of freedom that a cubic leaves is uncertain by
 #: 1 / sqrt(2 (n - 4)): 12 % at 40 readings, which is also the number of points a channel is reduced to, and 25 % at 12.
@@ -31,6 +32,10 @@ LEVEL_NOISES, LEVEL_READINGS, LEVEL_RISE, LEVEL_LOSS = 4.0, 10, 0.15, 0.05
 #: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
 #: fifth of the curve.
 GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
+# Rows about the turn of a press.
+TURN = 5
+# A displacement leaps by so many of as many steps on either side, and so often at most.
+LEAP, LEAP_BESIDE, LEAPS = 12.0, 4, 2
 #: Travel on the way back, as a share of that in contact, after which a channel that still rises was not read then, and by how
 #: much it rises, as a share of its range: a meter is late by about half of what it averages over.
 LATE, LATE_RISE = 0.02, 0.02
@@ -161,18 +166,59 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Grade | None:
     if obs.time is None:
         return None
     # Holds within the branch are not used, but they are readings: no gap.
-    branch = slice(int(np.min(c.rows)), int(np.max(c.rows)) + 1)
+    first, last = int(np.min(c.rows)), int(np.max(c.rows))
+    branch = slice(first, last + 1)
     time, values = obs.time[branch], channel_values(obs, c.name)[branch]
     time = np.maximum.accumulate(time[np.isfinite(time) & np.isfinite(values)])
     usual = float(np.median(np.diff(time))) if time.size >= 10 else 0.0
     if usual <= 0:
         return None
-    longest = float(np.max(np.diff(time)))
-    share = longest / float(time[-1] - time[0])
-    level = level_beyond(share, GAP, LARGE_GAP) if longest > GAP_STEPS * usual else "good"
-    size = f"{longest:.3g} s, {longest / usual:.3g} times the usual step and {percent(share)} of the branch"
     advice = "Readings are missing: look for a stop of the logger, or for rows deleted by hand."
-    return c.grade("gap in time", level, longest, "s", f"longest time without a reading while loading: {size}", advice)
+    longest, travel = float(np.max(np.diff(time))), float(time[-1] - time[0])
+    leap = _leap(obs.displacement[branch]) if obs.displacement is not None else None
+    if leap is not None and longest <= GAP_STEPS * usual:
+        row, times = leap
+        finding = (
+            f"the displacement leaps by {times:.0f} times its usual step in line {int(obs.table.lines[first + row + 1])}, in a "
+            "usual step of time"
+        )
+        return c.grade("gap in time", "warning", longest, "s", finding, f"{advice} The times may have been numbered anew.")
+    level = level_beyond(longest / travel, GAP, LARGE_GAP) if longest > GAP_STEPS * usual else "good"
+    turn = _time_of_turn(obs, first, last, usual)
+    where = "while loading"
+    if level == "good" and turn > GAP_STEPS * usual and turn > GAP * travel:
+        level, longest, where = "warning", turn, "at the turn"
+        advice = f"{advice[:-1]}, or for a rest at the turn that was not written."
+    size = f"{longest:.3g} s, {longest / usual:.3g} times the usual step and {percent(longest / travel)} of the branch"
+    return c.grade("gap in time", level, longest, "s", f"longest time without a reading {where}: {size}", advice)
+
+
+def _time_of_turn(obs: Observations, first: int, last: int, usual: float) -> float:
+    """The time between two rows in which a press turns into the way back [s]; 0 where rows go on about it at another pace.
+
+    Which rows turn, their noise leaves open by a few, and those behind a gap in which the ball stood may be called a hold.
+    """
+    begin, end = (max(first - TURN, 0), first + 1) if obs.use.branch == "unloading" else (last, last + TURN + 1)
+    kinds = obs.branch[begin:end]
+    if obs.time is None or kinds[0] != "loading" or kinds[-1] not in ("hold", "unloading"):
+        return 0.0
+    *others, longest = sorted(np.nan_to_num(np.diff(obs.time[begin:end])).tolist())
+    return longest if not others or others[-1] <= GAP_STEPS * usual else 0.0
+
+
+def _leap(x: FloatArray) -> tuple[int, float] | None:
+    """The row from 0 behind which a displacement leaps by dozens of the steps on both sides, and by how many; None if none.
+
+    On both sides it goes on evenly in the direction of the leap, which the steps of a staircase with rests do not, and it leaps
+    seldom, which a drive that goes by jerks does not.
+    """
+    steps = np.diff(x)
+    found = []
+    for k in np.flatnonzero(np.abs(steps) > LEAP * np.nanmedian(np.abs(steps))).tolist():
+        beside = np.concatenate([steps[k - LEAP_BESIDE : k], steps[k + 1 : k + 1 + LEAP_BESIDE]]) * np.sign(steps[k])
+        if k >= LEAP_BESIDE and beside.size == 2 * LEAP_BESIDE and np.all(beside > 0) and abs(steps[k]) > LEAP * np.max(beside):
+            found.append((k, abs(float(steps[k])) / float(np.median(beside))))
+    return found[0] if 0 < len(found) <= LEAPS else None
 
 
 def check_time_steps(obs: Observations, c: LoadingBranch) -> Grade | None:

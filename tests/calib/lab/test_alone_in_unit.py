@@ -207,3 +207,58 @@ def test_a_letter_that_stands_still_or_is_one_of_two_is_no_displacement(tmp_path
         read(tmp_path, "t (s),w (mm),F (N)", TIME, np.full(N, 2.0), FORCE)
     with pytest.raises(InputError, match="no displacement column"):
         read(tmp_path, "t (s),u (mm),v (mm),F (N)", TIME, DEPTH, 0.4 * DEPTH, FORCE)
+
+
+@pytest.mark.parametrize("name", ["dCp", "dCap", "dcp", "dKap", "Kap - Ref", "Cmeas - Cref", "Cmeas-Cref", "ΔCp"])
+def test_a_change_or_a_difference_of_capacitances_is_not_taken(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Extension (mm),Force (N),{name} (pF)", TIME, DEPTH, FORCE, CAPACITANCE - 97)
+    assert "capacitance" not in table.columns
+    assert any(name in row.what for row in table.unread)
+
+
+@pytest.mark.parametrize("name", ["dForce", "dKraft", "dLoad"])
+def test_a_change_of_a_force_is_not_taken(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Extension (mm),{name} (N),Cp (pF)", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "force" not in table.columns
+
+
+@pytest.mark.parametrize("name", ["druk", "Kap-Wert", "dadleoliad"])
+def test_a_word_that_begins_with_d_or_has_a_hyphen_is_no_change(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Extension (mm),Force (N),{name} (pF)", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Cp - 90 (pF)",
+        "Capacitance - 90 pF",
+        "C-90 (pF)",
+        "C (pF) - 90",
+        "Cp −90 [pF]",
+        "Cp measured - 90 (pF)",
+        "Cp_-_90_pF",
+        "Cp - 5 (pF)",
+    ],
+)
+def test_a_capacitance_of_which_a_number_was_taken_off_is_asked_about(tmp_path: Path, name: str) -> None:
+    header = f"Time (s),Extension (mm),Force (N),{name}"
+    with pytest.raises(InputError, match=r"taken off it is a difference and no capacitance, to which .* has to be added again"):
+        read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE - 90)
+    table = read_lab_file(tmp_path / "lab.csv", Reading(columns={"capacitance": name}))
+    assert "capacitance" in table.columns
+
+
+@pytest.mark.parametrize(
+    ("force", "capacitance"),
+    [
+        ("Load-2 (N)", "C-1 (pF)"),
+        ("Force - 12 (N)", "C-01 (pF)"),
+        ("Force-10 (N)", "Cap-2 (pF)"),
+        ("Load 12 (N)", "Cp-1kHz (pF)"),
+    ],
+)
+def test_the_number_of_a_channel_a_model_or_a_force_is_not_taken_off(tmp_path: Path, force: str, capacitance: str) -> None:
+    table = read(tmp_path, f"Time (s),Extension (mm),{force},{capacitance}", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)

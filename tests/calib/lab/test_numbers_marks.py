@@ -300,3 +300,20 @@ def test_hundreds_of_thousands_may_be_set_apart_as_in_india(tmp_path: Path, sep:
 def test_groups_of_no_country_are_no_number(tmp_path: Path, odd: str) -> None:
     cells = [*(f"{9700 * i:,}" for i in range(N - 1)), odd]
     assert odd in refusal(written(tmp_path, "Time (s);Displacement (nm);Force (N)", TIME, cells, DEPTH), Reading(decimal="."))
+
+
+@pytest.mark.parametrize("nines", ["-999", "999"])
+@pytest.mark.parametrize("sep", [",", ";"])
+def test_nines_for_no_reading_leave_the_decimal_mark_that_other_columns_show(tmp_path: Path, nines: str, sep: str) -> None:
+    cells = [nines if i in (10, 20, 21) else c for i, c in enumerate(CAP)]
+    path = written(tmp_path, sep.join(("Time (s)", "Displacement (mm)", "Cp (pF)")), TIME, DEPTH, cells, sep=sep)
+    table = read_lab_file(path)
+    kept = [i for i in range(N) if i not in (10, 20, 21)]
+    assert np.allclose(table.columns["capacitance"][kept], [1e-12 * float(CAP[i]) for i in kept])
+    assert all(nines in table.reasons[i] or np.isnan(table.columns["capacitance"][i]) for i in (10, 20, 21))
+
+
+@pytest.mark.parametrize("whole", [["-998"], ["-999", "512"]])
+def test_other_whole_numbers_leave_it_in_doubt(tmp_path: Path, whole: list[str]) -> None:
+    cells = [*CAP[:-3], *(whole * 3)[:3]]
+    assert "may set thousands apart" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, cells))

@@ -424,6 +424,51 @@ def test_a_gap_while_loading_is_measured(tmp_path: Path, gap: float, level: str)
     assert found.number == pytest.approx(gap, abs=1e-6)
 
 
+@pytest.mark.parametrize("rows", [25, 60, 150])
+def test_rows_that_are_missing_at_the_turn_are_told(tmp_path: Path, rows: int) -> None:
+    top = Test().top
+    found = grade(Test().observe(tmp_path, keep=lambda t: np.abs(t - top) > 0.05 * rows), "gap in time")
+    assert found.level == "warning"
+    assert found.number == pytest.approx(0.1 * rows, abs=0.21)
+    assert "at the turn" in found.finding
+
+
+@pytest.mark.parametrize("hold", [0.0, 20.0])
+def test_a_turn_and_a_rest_that_are_written_are_no_gap(tmp_path: Path, hold: float) -> None:
+    assert grade(Test(hold=hold).observe(tmp_path), "gap in time").level == "good"
+
+
+def test_a_rest_at_the_turn_that_is_written_less_often_is_no_gap(tmp_path: Path) -> None:
+    test = Test(hold=60.0)
+    seldom = test.observe(tmp_path, keep=lambda t: (np.abs(t - test.top - 30) > 30) | (np.round(t * 10) % 40 == 0))
+    assert grade(seldom, "gap in time").level == "good"
+
+
+@pytest.mark.parametrize("rows", [20, 60, 300])
+def test_rows_that_were_deleted_and_their_times_numbered_anew_leave_a_leap(tmp_path: Path, rows: int) -> None:
+    _, x, f = (v[np.r_[0:600, 600 + rows : v.size]] for v in Test().columns())
+    lines = "".join(f"{0.1 * i:.3f},{b:.5f},{c:.4f}\n" for i, (b, c) in enumerate(zip(x, f, strict=True)))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
+    found = grade(observe(read_lab_file(tmp_path / "t.csv")), "gap in time")
+    assert found.level == "warning"
+    assert f"leaps by {rows + 1} times its usual step in line 602" in found.finding
+
+
+@pytest.mark.parametrize("kind", ["staircase", "two speeds", "ever faster"])
+def test_steps_with_rests_and_another_speed_are_no_leap(tmp_path: Path, kind: str) -> None:
+    t = np.arange(0, 120, 0.1)
+    place = {
+        "staircase": np.minimum(t // 10 * 0.1, 1.0),
+        "two speeds": np.interp(t, [0, 2, 120], [0, 0.5, 1.0]),
+        "ever faster": (t / 120) ** 6,
+    }
+    x = place[kind] + 2e-5 * np.random.default_rng(2).normal(size=t.size)
+    f = 5 * np.maximum(x - 0.02, 0) ** 1.6 + 2e-3 * np.random.default_rng(1).normal(size=t.size)
+    lines = "".join(f"{a:.3f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
+    assert grade(observe(read_lab_file(tmp_path / "t.csv")), "gap in time").level == "good"
+
+
 def test_a_hold_within_the_loading_is_no_gap(tmp_path: Path) -> None:
     t = np.arange(0, 140, 0.1)
     x = np.interp(t, [0, 60, 100, 140], [0, 0.6, 0.6, 1.0])

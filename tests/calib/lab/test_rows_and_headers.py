@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -377,3 +378,58 @@ def test_two_lines_that_have_run_together_are_said_to_have(tmp_path: Path, sep: 
     joined = [HEAD.replace(",", sep), *rows[:20], rows[20] + rows[21], *rows[22:]]
     with pytest.raises(InputError, match=r"22.*If two lines have run together"):
         read(tmp_path, joined)
+
+
+@pytest.mark.parametrize("n", ["n", "N", "Count", "Anzahl"])
+@pytest.mark.parametrize("at", [0, 2])
+def test_how_many_readings_there_were_beside_their_mean_is_a_row_of_results(tmp_path: Path, n: str, at: int) -> None:
+    below = ["Mean,0.4000,0.5000,97.3000", "SD,0.2000,0.3000,0.2000"]
+    below.insert(at, f"{n},81,81,81")
+    table = read(tmp_path, [HEAD, *lines(PRESS), *below])
+    assert_press(table)
+    assert all(reason.startswith("a row of results") for reason in table.reasons[N:])
+
+
+def test_an_n_that_stands_beside_no_mean_is_no_row_of_results_by_its_name(tmp_path: Path) -> None:
+    table = read(tmp_path, [HEAD, *lines(PRESS), "n,81,81,81"])
+    assert_press(table)
+    assert 'a row of results: "n"' not in table.reasons[-1]
+
+
+def test_a_letter_without_a_unit_may_be_left_out_where_there_is_a_press(tmp_path: Path) -> None:
+    written = ["t (s),x (mm),F (N),C", *(f"{a:.1f},{b:.4f},{c:.4f},{1 + k // 41}" for k, (a, b, c, _) in enumerate(PRESS))]
+    with pytest.raises(InputError, match="--columns capacitance=none"):
+        read(tmp_path, written)
+    table = read(tmp_path, written, Reading(columns={"capacitance": "none"}))
+    np.testing.assert_allclose(table.columns["force"], PRESS[:, 2], atol=1e-4)
+
+
+@pytest.mark.parametrize(("rate", "more"), [(1.0, False), (1.008, True)])
+def test_two_clocks_differ_by_a_constant_alone_only_at_one_rate(tmp_path: Path, rate: float, more: bool) -> None:
+    rows = [f"{a:.2f},{b:.4f},{c:.4f},{rate * a + 3:.3f},{d:.4f}" for a, b, c, d in PRESS]
+    with pytest.raises(InputError, match="by a constant") as refused:
+        read(tmp_path, ["t_tester_s,disp_mm,force_N,t_lcr_s,cp_pF", *rows])
+    assert ("by a constant, but for" in str(refused.value)) == more
+
+
+@pytest.mark.parametrize("option", ["columns", "units"])
+def test_a_number_where_the_reading_wants_text_is_refused_with_the_text(tmp_path: Path, option: str) -> None:
+    said: dict[str, Any] = {option: {"time": 1}}
+    with pytest.raises(InputError, match=rf'{option}: time = 1 is no text. Write it in quotes: {option} = \{{"time": "1"\}}'):
+        read(tmp_path, [HEAD, *lines(PRESS)], Reading(**said))
+
+
+@pytest.mark.parametrize("loss", [1.23, 3.0])
+def test_a_loss_above_1_beside_a_series_capacitance_may_be_in_per_cent(tmp_path: Path, loss: float) -> None:
+    written = ["Time (s),Cs (pF),tan d", *(f"{a:.1f},{d:.4f},{loss:.3f}" for a, _, _, d in PRESS)]
+    with pytest.raises(InputError, match=r"may be in per cent. Say which: --units dissipation=% or --units dissipation=1"):
+        read(tmp_path, written)
+    for unit, d in (("%", loss / 100), ("1", loss)):
+        table = read(tmp_path, written, Reading(units={"dissipation": unit}))
+        np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * PRESS[:, 3] / (1 + d**2), rtol=1e-5)
+
+
+@pytest.mark.parametrize(("name", "loss"), [("D", 0.9), ("D (%)", 1.5), ("D (%)", 123.0)])
+def test_a_loss_below_1_and_one_that_says_per_cent_are_taken(tmp_path: Path, name: str, loss: float) -> None:
+    written = [f"Time (s),Cs (pF),{name}", *(f"{a:.1f},{d:.4f},{loss:.3f}" for a, _, _, d in PRESS)]
+    assert "converted to Cp" in " ".join(read(tmp_path, written).notes)

@@ -76,3 +76,58 @@ def test_a_load_that_rises_at_once_where_rows_were_not_written_is_read(tmp_path:
     columns = {q: v[kept] for q, v in (PRESS.columns | {"force": force}).items()}
     obs = observed(tmp_path, columns, "capacitance")
     assert not any("begins with a jump" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "force", "capacitance"])
+@pytest.mark.parametrize("n", [22, 30, 45])
+def test_cells_that_were_filled_with_the_next_reading_from_the_beginning_are_left_out(
+    tmp_path: Path, quantity: str, n: int
+) -> None:
+    y = PRESS.columns[quantity].copy()
+    y[:n] = y[n]
+    obs = observed(tmp_path, PRESS.columns | {quantity: y})
+    assert all("at the beginning of the record" in r for r in obs.reason[: n + 1])
+    assert any("these rows are left out" in note for note in obs.table.notes)
+    assert np.all(obs.used[n + 1 : 95])
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "force", "capacitance"])
+@pytest.mark.parametrize("n", [9, 20, 40])
+def test_cells_that_were_filled_with_the_last_reading_to_the_end_are_left_out(tmp_path: Path, quantity: str, n: int) -> None:
+    columns = {q: v[:100].copy() for q, v in PRESS.columns.items()}
+    columns[quantity][-n:] = columns[quantity][-n]
+    obs = observed(tmp_path, columns)
+    assert all("at an end of the record" in r for r in obs.reason[-n:])
+    assert np.all(obs.used[12 : 100 - n])
+
+
+@pytest.mark.parametrize("digits", [0.1, 0.02, 0.3])
+@pytest.mark.parametrize("quantity", ["force", "capacitance"])
+def test_a_channel_that_is_flat_by_its_resolution_stays(tmp_path: Path, quantity: str, digits: float) -> None:
+    coarse = np.round(PRESS.columns[quantity] / digits) * digits
+    obs = observed(tmp_path, PRESS.columns | {quantity: coarse})
+    assert not any("of the record, while" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("quantity", ["force", "capacitance"])
+def test_a_channel_that_is_flat_out_of_contact_stays(tmp_path: Path, quantity: str) -> None:
+    away = PRESS.depth == 0
+    flat = np.where(away, 0.004 if quantity == "force" else 97.0, PRESS.columns[quantity])
+    obs = observed(tmp_path, PRESS.columns | {quantity: flat})
+    assert not any("of the record, while" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("n", [20, 60])
+def test_a_rest_under_load_before_the_press_freezes_nothing(tmp_path: Path, n: int) -> None:
+    columns = {q: np.r_[v[20] + (v[5] - v[20]) * np.linspace(0, -0.1, n), v[20:]] for q, v in PRESS.columns.items()}
+    columns["time"] = 0.05 * np.arange(columns["time"].size)
+    columns["displacement"][:n] = PRESS.columns["displacement"][20]
+    obs = observed(tmp_path, columns)
+    assert not any("of the record, while" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("digits", [1.0, 0.5])
+def test_a_level_of_a_coarse_display_and_a_jump_from_it_are_not_filled_cells(tmp_path: Path, digits: float) -> None:
+    coarse = np.where(np.arange(200) < 40, 97.0, 97.0 + digits) + np.where(np.arange(200) < 60, 0.0, digits)
+    obs = observed(tmp_path, {q: v[:100] for q, v in (PRESS.columns | {"capacitance": coarse}).items()})
+    assert not any("of the record, while" in r for r in obs.reason)
