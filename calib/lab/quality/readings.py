@@ -219,13 +219,14 @@ def check_late(obs: Observations, c: LoadingBranch) -> Grade | None:
     travel = float(x[end]) - c.touch
     behind = np.arange(end + 1, x.size)
     behind = behind[np.isfinite(x[behind]) & np.isfinite(y[behind])]
-    # Rows of a hold may lie a little deeper; those of the next press are another's.
+    # Rows of a hold may lie a little deeper; those of the next loading, maybe on a stiffer sample, are another's.
     first = np.flatnonzero(x[behind] < float(x[end]) - LATE * travel)
-    if not first.size:
+    if not first.size or travel <= 0:
         return None
-    again = np.flatnonzero(x[behind[first[0] :]] > x[end])
-    back = behind[first[0] : first[0] + int(again[0])] if again.size else behind[first[0] :]
-    if travel <= 0:
+    back = behind[first[0] :]
+    again = np.flatnonzero((x[back] > x[end]) | (np.array(obs.branch, dtype=object)[back] == "loading"))
+    back = back[: int(again[0])] if again.size else back
+    if not back.size:
         return None
     last = int(back[np.argmax(y[back])])
     rise = float(y[last] - y[end])

@@ -147,6 +147,21 @@ def test_a_channel_that_is_averaged_over_a_part_of_the_press_is_late(tmp_path: P
     assert all(v.number > 0.02 and "average" in v.advice for v in found)
 
 
+@pytest.mark.parametrize("depth", [0.2, 0.5, 0.79, 1.0])
+@pytest.mark.parametrize(("window", "late"), [(1, False), (300, True)])
+def test_a_stiffer_sample_that_is_pressed_next_makes_no_reading_late(
+    tmp_path: Path, depth: float, window: int, late: bool
+) -> None:
+    _, x, f = Test().columns()
+    x, f = np.concatenate([x, x[1:] * (0.2 + depth * 0.8)]), np.concatenate([f, 2.5 * f[1:] * depth**1.6])
+    f = np.convolve(np.concatenate([np.full(window - 1, f[0]), f]), np.full(window, 1 / window), "valid")
+    path = tmp_path / "tester.csv"
+    rows = "".join(f"{0.1 * i:.4f},{a:.5f},{b:.4f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "late readings"]
+    assert [v.level for v in found] == (["bad"] if late else [])
+
+
 @pytest.mark.parametrize("column", ["Extension (mm)", "Load (N)"])
 @pytest.mark.parametrize("apart", [-1, 0, 1])
 @pytest.mark.parametrize("relaxes", [0.0, 0.2])
