@@ -9,7 +9,7 @@ import numpy as np
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
 from calib.lab.quality.grade import Grade, level_beyond
-from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
+from calib.lab.quality.loading import MANY_DIGITS, LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL
 
@@ -80,7 +80,9 @@ def check_resolution(c: LoadingBranch) -> Grade:
     steps = c.span / c.step
     level = level_beyond(-steps, -FEW_STEPS, -TOO_FEW_STEPS)
     asked = f"class 1 of ISO 7500-1 asks for {FEW_STEPS:.0f}" if c.name == "force" else f"{FEW_STEPS:.0f} are enough"
-    finding = f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; {asked}"
+    fine = c.step <= MANY_DIGITS * float(np.max(np.abs(c.y)))
+    written = "with more than nine digits, at least" if fine else f"in steps of {c.text(c.step)},"
+    finding = f"{c.name} is written {written} {steps:.0f} in the range of {c.text(c.span)}; {asked}"
     advice = "in N rather than kN, or use a smaller load cell" if c.name == "force" else "or choose a finer range of the meter"
     return c.grade("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
 

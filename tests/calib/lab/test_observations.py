@@ -259,7 +259,8 @@ def test_presses_that_grow_are_cycles_from_the_first_on(
 
 @pytest.mark.parametrize("columns", ["Time (s),Extension (mm),Load (N)", "Time (s),Load (N),Capacitance (pF)"])
 @pytest.mark.parametrize(
-    ("depths", "back"), [((0.05, 0.8), 0.0), ((0.1, 0.1, 0.8), 0.0), ((0.2, 0.8), 0.0), ((0.3, 0.8), 0.9), ((0.2, 0.3, 0.8), 0.85)]
+    ("depths", "back"),
+    [((0.05, 0.8), 0.0), ((0.1, 0.1, 0.8), 0.0), ((0.2, 0.8), 0.0), ((0.3, 0.8), 0.9), ((0.2, 0.3, 0.8), 0.85)],
 )
 def test_touches_and_a_way_back_in_the_midst_of_a_press_are_no_presses_that_grow(
     tmp_path: Path, columns: str, depths: tuple[float, ...], back: float

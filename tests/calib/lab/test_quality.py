@@ -261,6 +261,51 @@ def test_steps_of_a_converter_are_seen_behind_many_digits(tmp_path: Path) -> Non
     assert found.number == pytest.approx(5 / count, rel=0.02)
 
 
+def _table(folder: Path, header: str, columns: list[list[str]]) -> Observations:
+    path = folder / "t.csv"
+    path.write_text(header + "\n" + "".join(",".join(row) + "\n" for row in zip(*columns, strict=True)))
+    return observe(read_lab_file(path))
+
+
+@pytest.mark.parametrize(("unit", "newton"), [("N", 1.0), ("mN", 1e-3), ("lbf", 4.4482216), ("kgf", 9.80665)])
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_few_readings_far_apart_have_the_step_of_their_last_digit(
+    tmp_path: Path, unit: str, newton: float, noise: float
+) -> None:
+    _, x, f = Test(noise=noise, approach=0.01, load_zero=0.0, interval=1.5).columns()
+    cells = [[f"{v:.4f}" for v in x], [f"{v:.3f}" for v in 0.37 * f / newton]]
+    found = grade(_table(tmp_path, f"Extension (mm),Load ({unit})", cells), "resolution")
+    assert found.number == pytest.approx(0.37 * 5 / newton / 0.001, rel=0.1)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.03, 0.04883, 0.0127])
+@pytest.mark.parametrize(("decimals", "noise", "strays"), [(3, 0.0, 0), (4, 0.0, 0), (3, 0.03, 0), (4, 0.03, 2), (8, 0.0, 3)])
+@pytest.mark.parametrize("unit", ["N", "lbf"])
+def test_steps_of_a_coarse_display_are_seen_behind_more_decimals(
+    tmp_path: Path, step: float, decimals: int, noise: float, strays: int, unit: str
+) -> None:
+    _, x, f = Test(noise=noise, interval=0.3).columns()
+    shown = step * np.round(f / step)
+    shown[40 : 40 + 17 * strays : 17] += 0.37 * step
+    cells = [[f"{v:.4f}" for v in x], [f"{v:.{decimals}f}" for v in shown]]
+    found = grade(_table(tmp_path, f"Extension (mm),Load ({unit})", cells), "resolution")
+    assert found.number == pytest.approx(5 / step, rel=0.05)
+
+
+@pytest.mark.parametrize(("step", "level"), [(1e-4, "good"), (0.02, "warning"), (0.05, "bad")])
+@pytest.mark.parametrize(("unit", "picofarad"), [("pF", "{:.4f}"), ("F", "{:.6f}E-12")])
+def test_a_converted_series_capacitance_has_the_steps_in_which_it_was_written(
+    tmp_path: Path, step: float, level: str, unit: str, picofarad: str
+) -> None:
+    _, x, f = Test(interval=0.3, noise=0.01).columns()
+    series = step * np.round((97 + 0.5 * f) / step)
+    loss = 0.0123 + 1e-4 * np.random.default_rng(3).normal(size=x.size)
+    cells = [[f"{v:.4f}" for v in x], [picofarad.format(v) for v in series], [f"{v:.5f}" for v in loss]]
+    found = grade(_table(tmp_path, f"Extension (mm),Cs ({unit}),D", cells), "resolution", "capacitance")
+    assert found.level == level
+    assert found.number == pytest.approx(2.5 / step, rel=0.05)
+
+
 @pytest.mark.parametrize(("limit", "level"), [(math.inf, "good"), (5.12, "warning"), (4.0, "bad")])
 def test_a_flat_top_while_the_crosshead_goes_on_is_clipping(tmp_path: Path, limit: float, level: str) -> None:
     found = grade(Test(limit=limit).observe(tmp_path), "clipping")
