@@ -215,8 +215,8 @@ def test_a_preload_touch_before_the_pressing_is_not_the_first_cycle(tmp_path: Pa
 def _presses(depths: Sequence[float], columns: str, power: float, *, approach: float, back: float = 0.0) -> str:
     """Presses to these depths [mm] one after the other, back to a share of each, 100 rows either way, with a dwell between."""
     way = [0.0]
-    for depth in depths:
-        way += [approach + depth, approach + depth * back if back else 0.0, approach + depth * back if back else 0.0]
+    for most in depths:
+        way += [approach + most, *[approach + most * back if back else 0.0] * 2]
     x = np.interp(np.arange(120 * (len(way) // 3) * 2), np.cumsum([0, *[100, 100, 40] * len(depths)]), way)
     noise = np.random.default_rng(1).normal(size=(3, x.size))
     depth = np.clip(x - approach, 0, None)
