@@ -104,8 +104,8 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     Signs come from the whole record (`calib.lab.signs`), or from what was said of them; a doubtful one is refused. Nothing is
     re-zeroed: load zero and contact point are parameters. Branches come from the displacement, or from the force in a file
     without displacement; a reversal counts from 2 % of the travel over which the force changes and six times the noise on. A
-    cycle begins with a loading branch that reaches half of the largest indentation: a touch before the pressing is none, and a
-    smaller loading later belongs to the cycle that it follows.
+    cycle begins with a loading branch that reaches half of the largest indentation, or is one of the presses that grow up to
+    there: a touch before the pressing is none, and a smaller loading later belongs to the cycle that it follows.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 #: Range of a channel over the noise of one reading up to which there is nothing to calibrate against: the tie of two clocks
 #: gives the channel up.
@@ -17,15 +17,23 @@ NO_SIGNAL = 10.0
 _WIDEST = 401
 # By how many standard deviations a correlation has to show before readings count as dependent.
 _SURE = 2.0
+# Readings that come again, at least and as a share of all that differ, where steps are coarser than the last digit; and the
+# share of their differences that single strays may make.
+_COMES_AGAIN, _OFTEN, _STRAY = 5, 0.05, 0.05
 
 
 def resolution(values: FloatArray) -> float:
-    """The smallest step by which an instrument's readings differ, as its display or its file cuts them off.
+    """The step by which an instrument's readings differ, as its file cuts them off, or its display or converter before that.
 
-    In the unit of the readings; 0 if none is visible (more than nine digits).
+    In the unit of the readings; 0 if none is visible (more than nine digits). Readings that happen to be far apart have the
+    step of their last digit, not of their differences.
 
     >>> resolution(np.array([0.125, 0.126, 0.131]))
     0.001
+    >>> resolution(np.array([0.125, 0.145, 0.168]))
+    0.001
+    >>> resolution(np.array([0.125, 0.145, 0.165]))
+    0.02
     """
     finite = values[np.isfinite(values)]
     if finite.size == 0:
@@ -38,9 +46,38 @@ def resolution(values: FloatArray) -> float:
         scaled = finite * 10.0**digits
         whole = np.rint(scaled)
         if np.all(np.abs(scaled - whole) <= 1e-6 + 1e-12 * np.abs(scaled)):
-            steps = np.diff(np.unique(whole))
-            return float(np.min(steps)) / float(f"1e{digits}") if steps.size else 0.0
-    return 0.0
+            distinct, counts = np.unique(whole, return_counts=True)
+            if distinct.size < 2:
+                return 0.0
+            steps = np.diff(distinct)
+            common = float(np.gcd.reduce(steps.astype(np.int64)))
+            return max(common, _step_of_most(steps, counts, 1.0)) / float(f"1e{digits}")
+    distinct, counts = np.unique(finite, return_counts=True)
+    return _step_of_most(np.diff(distinct), counts, 1e-9 * top)
+
+
+def _step_of_most(steps: FloatArray, counts: IntArray, digit: float) -> float:
+    """The step that most differences of neighbouring readings are a multiple of, give or take a digit; 0 if none shows.
+
+    Readings on a curve may leave out what lies between, too; those of a coarse display or converter come again.
+
+    Parameters
+    ----------
+    steps, counts : of the readings by size, each once: their differences, (n - 1,), and how often each is there, (n,).
+    digit : their last digit.
+    """
+    if steps.size < _COMES_AGAIN or np.count_nonzero(counts > 1) < max(_COMES_AGAIN, _OFTEN * counts.size):
+        return 0.0
+    least = float(np.quantile(steps, _STRAY, method="lower"))
+    if least < 2.5 * digit:
+        return 0.0
+    near = steps[(steps > 0.5 * least) & (steps < 1.5 * least)]
+    middle = float(np.quantile(near, 0.5, method="lower"))
+    step = float(np.mean(near[np.abs(near - middle) <= 1.01 * digit + 1e-6 * middle]))
+    small = steps[steps < 3.5 * step]
+    off = np.abs(small - np.rint(small / step) * step) > 1.01 * digit + 1e-6 * step
+    shows = near.size >= _COMES_AGAIN and np.mean(off) <= 2 * _STRAY
+    return step if shows else 0.0
 
 
 def reading_noise(values: FloatArray) -> float:

@@ -78,9 +78,8 @@ def score(
     Returns
     -------
     The mode, (n_parameter,), its log posterior density in `space`, and the number of the known one that was met, or None. A
-    climb may end at a false mode, with a discrepancy that describes all: of forty draws from the prior up to twelve do; so climb
-    from several. One that creeps along
-    far below a known mode is given up on the way.
+    climb may end at a false mode, with a discrepancy that describes all, as up to twelve of forty draws from the prior do: so
+    climb from several. One that creeps along far below a known mode is given up on the way.
     """
     many = seeking = bool(space.scopes.specimens)
     enough = max((top for _, top in known), default=-np.inf) - FAR_BELOW * x.size

@@ -338,6 +338,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         sign=reading.sign,
         zeroed=MappingProxyType(zeros.rows),
         conventions=conventions(sheet, values),
+        written=MappingProxyType({c.quantity: values[c.quantity] / c.factor for c in columns if c.quantity in _CHANNELS}),
     )
 
 

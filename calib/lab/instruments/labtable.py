@@ -78,6 +78,8 @@ class LabTable:
     sign : what was said of the signs, see `Reading.sign`.
     zeroed : quantity -> rows from 0 from which on its readings have another zero than above.
     conventions : quantity -> 1 or -1, the sign of compression by a line beside the table, and that in words.
+    written : "force", "capacitance" -> the readings in the unit of the file, (n_row,); of a series capacitance that was
+        converted, as they were: what the steps of the instrument are seen in.
     """
 
     path: Path
@@ -97,3 +99,4 @@ class LabTable:
     sign: Mapping[str, str] = field(default_factory=dict)
     zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     conventions: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    written: Mapping[str, FloatArray] = field(default_factory=dict)

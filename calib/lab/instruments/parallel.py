@@ -39,6 +39,7 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
     """
     columns = dict(table.columns)
     sources = dict(table.sources)
+    written = dict(table.written)
     series = columns.pop("capacitance_series", None)
     source = sources.pop("capacitance_series", "")
     notes = list(table.notes)
@@ -72,11 +73,18 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
         parallel = series / (1 + columns["dissipation"] ** 2)  # Cs = Cp (1 + D^2)
         parallel.flags.writeable = False
         columns["capacitance"] = parallel
+        written["capacitance"] = written.pop("capacitance_series", parallel)
         sources["capacitance"] = source
         share = float(np.nanmax(columns["dissipation"] ** 2, initial=0.0))
         notes.append(f'"{source}" converted to Cp by Cs = Cp (1 + D^2), which changes it by {share:.2g} at most')
+    written.pop("capacitance_series", None)
     return replace(
-        table, columns=MappingProxyType(columns), sources=MappingProxyType(sources), notes=tuple(notes), unread=unread
+        table,
+        columns=MappingProxyType(columns),
+        sources=MappingProxyType(sources),
+        notes=tuple(notes),
+        unread=unread,
+        written=MappingProxyType(written),
     )
 
 

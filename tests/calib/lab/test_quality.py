@@ -147,6 +147,21 @@ def test_a_channel_that_is_averaged_over_a_part_of_the_press_is_late(tmp_path: P
     assert all(v.number > 0.02 and "average" in v.advice for v in found)
 
 
+@pytest.mark.parametrize("depth", [0.2, 0.5, 0.79, 1.0])
+@pytest.mark.parametrize(("window", "late"), [(1, False), (300, True)])
+def test_a_stiffer_sample_that_is_pressed_next_makes_no_reading_late(
+    tmp_path: Path, depth: float, window: int, late: bool
+) -> None:
+    _, x, f = Test().columns()
+    x, f = np.concatenate([x, x[1:] * (0.2 + depth * 0.8)]), np.concatenate([f, 2.5 * f[1:] * depth**1.6])
+    f = np.convolve(np.concatenate([np.full(window - 1, f[0]), f]), np.full(window, 1 / window), "valid")
+    path = tmp_path / "tester.csv"
+    rows = "".join(f"{0.1 * i:.4f},{a:.5f},{b:.4f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "late readings"]
+    assert [v.level for v in found] == (["bad"] if late else [])
+
+
 @pytest.mark.parametrize("column", ["Extension (mm)", "Load (N)"])
 @pytest.mark.parametrize("apart", [-1, 0, 1])
 @pytest.mark.parametrize("relaxes", [0.0, 0.2])
@@ -244,6 +259,51 @@ def test_steps_of_a_converter_are_seen_behind_many_digits(tmp_path: Path) -> Non
     found = grade(observe(read_lab_file(tmp_path / "t.csv")), "resolution")
     assert found.level == "warning"
     assert found.number == pytest.approx(5 / count, rel=0.02)
+
+
+def _table(folder: Path, header: str, columns: list[list[str]]) -> Observations:
+    path = folder / "t.csv"
+    path.write_text(header + "\n" + "".join(",".join(row) + "\n" for row in zip(*columns, strict=True)))
+    return observe(read_lab_file(path))
+
+
+@pytest.mark.parametrize(("unit", "newton"), [("N", 1.0), ("mN", 1e-3), ("lbf", 4.4482216), ("kgf", 9.80665)])
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_few_readings_far_apart_have_the_step_of_their_last_digit(
+    tmp_path: Path, unit: str, newton: float, noise: float
+) -> None:
+    _, x, f = Test(noise=noise, approach=0.01, load_zero=0.0, interval=1.5).columns()
+    cells = [[f"{v:.4f}" for v in x], [f"{v:.3f}" for v in 0.37 * f / newton]]
+    found = grade(_table(tmp_path, f"Extension (mm),Load ({unit})", cells), "resolution")
+    assert found.number == pytest.approx(0.37 * 5 / newton / 0.001, rel=0.1)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.03, 0.04883, 0.0127])
+@pytest.mark.parametrize(("decimals", "noise", "strays"), [(3, 0.0, 0), (4, 0.0, 0), (3, 0.03, 0), (4, 0.03, 2), (8, 0.0, 3)])
+@pytest.mark.parametrize("unit", ["N", "lbf"])
+def test_steps_of_a_coarse_display_are_seen_behind_more_decimals(
+    tmp_path: Path, step: float, decimals: int, noise: float, strays: int, unit: str
+) -> None:
+    _, x, f = Test(noise=noise, interval=0.3).columns()
+    shown = step * np.round(f / step)
+    shown[40 : 40 + 17 * strays : 17] += 0.37 * step
+    cells = [[f"{v:.4f}" for v in x], [f"{v:.{decimals}f}" for v in shown]]
+    found = grade(_table(tmp_path, f"Extension (mm),Load ({unit})", cells), "resolution")
+    assert found.number == pytest.approx(5 / step, rel=0.05)
+
+
+@pytest.mark.parametrize(("step", "level"), [(1e-4, "good"), (0.02, "warning"), (0.05, "bad")])
+@pytest.mark.parametrize(("unit", "picofarad"), [("pF", "{:.4f}"), ("F", "{:.6f}E-12")])
+def test_a_converted_series_capacitance_has_the_steps_in_which_it_was_written(
+    tmp_path: Path, step: float, level: str, unit: str, picofarad: str
+) -> None:
+    _, x, f = Test(interval=0.3, noise=0.01).columns()
+    series = step * np.round((97 + 0.5 * f) / step)
+    loss = 0.0123 + 1e-4 * np.random.default_rng(3).normal(size=x.size)
+    cells = [[f"{v:.4f}" for v in x], [picofarad.format(v) for v in series], [f"{v:.5f}" for v in loss]]
+    found = grade(_table(tmp_path, f"Extension (mm),Cs ({unit}),D", cells), "resolution", "capacitance")
+    assert found.level == level
+    assert found.number == pytest.approx(2.5 / step, rel=0.05)
 
 
 @pytest.mark.parametrize(("limit", "level"), [(math.inf, "good"), (5.12, "warning"), (4.0, "bad")])
