@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import floor
 from statistics import median
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from calib.checks import Reason
 from calib.decision.words import EXTRAPOLATION, spans_in_words
 from calib.lab import Sweep
-from calib.problem import lookup, specimen_design
+from calib.problem import lookup
 from calib.sampling import Posterior
 from models.sensor import BoolArray, FloatArray
 
@@ -67,7 +67,7 @@ class Covered:
     @property
     def _most(self) -> float:
         """`force` [N] as it is told: rounded down."""
-        return floor(self.force * 100) / 100 if self.force < 10 else floor(self.force * 10) / 10
+        return math.floor(self.force * 100) / 100 if self.force < 10 else math.floor(self.force * 10) / 10
 
     @property
     def _covers(self) -> str:
@@ -221,7 +221,6 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
         found = lookup(middle, name, sweep.specimen, sweep.name)
         return otherwise if found is None else float(found[0])
 
-    design = specimen_design(posterior, middle, sweep.specimen, sweep.name)
     loads = [p.value for name, p in sweep.channels.items() if name == "force"]
     loads += [p.force for p in sweep.channels.values() if p.force is not None]
     zero, gain = value("load_zero", 0.0) + value("load_step", 0.0), value("force_gain", 1.0)
@@ -230,5 +229,6 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
     readings += [sweep.track.displacement] if sweep.track is not None else []
     reading = max((float(np.max(r)) for r in readings), default=0.0)
     depth = reading - value("contact_offset", reading) - value("machine_compliance", 0.0) * force
-    sensor, padding = (float(np.asarray(layer.thickness).flat[0]) for layer in (design.sensor, design.padding))
+    # Not by way of a design: an average of models has not every unknown that the first of them has.
+    sensor, padding = (value(name, math.nan) for name in ("sensor_thickness", "padding_thickness"))
     return Measured(force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius)

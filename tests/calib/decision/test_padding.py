@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from calib.decision.extrapolation import measured_presses
 from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
@@ -348,3 +349,12 @@ def test_the_next_specimen_is_the_same_for_the_same_seed(make_lot: MakePosterior
     one, same, other = (_recommend(make_lot(), Hill(), 3.0, 1e-3, 9e-3, seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one.change, same.change)
     assert not np.array_equal(one.change, other.change)
+
+
+def test_what_was_pressed_is_known_of_an_average_whose_first_model_has_unknowns_of_its_own(
+    make_posterior: MakePosterior,
+) -> None:
+    posterior = make_posterior(n_specimen=2)
+    e = posterior.experiment
+    for first in (replace(e, law="gent"), replace(e, padding_material="foam")):  # the average has not what these need
+        assert measured_presses(replace(posterior, experiment=first)) == measured_presses(posterior)
