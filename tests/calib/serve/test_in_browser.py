@@ -17,7 +17,7 @@ from statistics import median
 from typing import Any
 
 import pytest
-from playwright.sync_api import Locator, Page, sync_playwright
+from playwright.sync_api import Dialog, Locator, Page, Route, sync_playwright
 from small_lab import EXPERIMENT, write_press
 
 from calib.experiment import read_experiment
@@ -399,6 +399,86 @@ def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Serve
     page.wait_for_function("() => /^radius = .4 mm/m.test(document.querySelector('#text').value)")
     assert 'radius = "4 mm"' in (served.folder / "experiment.toml").read_text()
     other.close()
+
+
+def test_the_light_is_of_the_text_that_was_checked_and_of_no_other(page: Page, served: Served) -> None:
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.goto(served.page("/experiment"))
+    light, ball = page.locator("#light"), page.get_by_label("Ball radius")
+    light.locator(".level").wait_for()
+    was, held = ball.input_value(), list[Route]()
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/check/light", hold)
+    # As soon as something is typed, the verdict that stands there is gone; back as it was, it is asked for again.
+    ball.press("End")
+    ball.press("Backspace")
+    assert light.inner_text() == "not checked yet what is typed is not in the file yet"
+    ball.press_sequentially(was[-1])
+    ball.press("Tab")
+    assert light.locator(".level").count() == 0
+    # While the new one is checked that is said, in no colour; a check that does not come leaves no verdict.
+    page.wait_for_timeout(700)
+    asked = len(held)
+    ball.fill("10 mm")
+    ball.press("Tab")
+    assert light.inner_text().startswith("being checked")
+    page.locator(".check", has_text="20 mm in diameter").first.wait_for()
+    while len(held) == asked:
+        page.wait_for_timeout(50)
+    assert light.inner_text() == "being checked what the file now holds …"
+    assert light.get_attribute("aria-live") == "polite"
+    assert serious(page) == []
+    held[-1].abort()
+    light.get_by_text("The server does not answer").wait_for()
+    assert light.locator(".level").count() == 0
+    # A change that is refused leaves none, either; put right, it is checked.
+    page.route("**/experiment/put", lambda route: route.abort())
+    ball.fill("9 mm")
+    ball.press("Tab")
+    light.get_by_text("not checked what was changed is not in the file").wait_for()
+    page.unroute("**/experiment/put")
+    page.unroute("**/check/light", hold)
+    ball.fill(was)
+    ball.press("Tab")
+    light.locator(".level").wait_for()
+    # So with the text.
+    page.locator("#text").press("End")
+    page.locator("#text").press("Space")
+    assert light.locator(".level").count() == 0
+    light.locator(".level").wait_for()
+
+
+def test_what_is_typed_and_not_in_the_file_is_asked_about_before_the_page_is_left(page: Page, served: Served) -> None:
+    asked = list[str]()
+
+    def stays(dialog: Dialog) -> None:
+        asked.append(dialog.type)
+        dialog.dismiss()
+
+    tab = page.context.new_page()
+    tab.goto(served.page("/experiment"))
+    tab.locator("#light .level").wait_for()
+    tab.on("dialog", stays)
+    ball = tab.get_by_label("Ball radius")
+    was = ball.input_value()
+    for typed in (ball, tab.locator("#text")):
+        tab.route("**/experiment/write", lambda route: None)
+        typed.press("End")
+        typed.press("Space")
+        before = len(asked)
+        tab.evaluate("() => { location.href = '/files'; }")
+        while len(asked) == before:
+            tab.wait_for_timeout(50)
+        typed.press("Backspace")
+        if typed is ball:
+            assert ball.input_value() == was
+            tab.evaluate("() => { location.hash = 'main'; }")
+    assert asked == ["beforeunload"] * 2
+    assert tab.url.split("#")[0].endswith("/experiment")
+    tab.close()
 
 
 @pytest.mark.parametrize("width", [390, 1280])
