@@ -247,6 +247,19 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()
     assert json.loads((served.folder / "run1" / "recommendation.json").read_text())
+    gave = page.locator("#gave").inner_text()
+    assert gave.startswith("calib recommend run1 --force")
+    # What is asked for is there again when the page is loaded again, beside the command that gave the advice.
+    tab_to(page, page.locator("#limit-signal"))
+    key.type("11 %")
+    page.wait_for_function("() => document.querySelector('#command').textContent.includes('--spec')")
+    page.reload()
+    page.locator("#charts:not([hidden])").wait_for()
+    assert page.locator("#limit-signal").input_value() == "11 %"
+    assert page.locator("#force").input_value() == f"{most / 2:g} N"
+    assert page.locator("#command").inner_text() == "calib recommend run1 --spec run1-specification.toml"
+    assert page.locator("#gave").inner_text() == gave
+    assert serious(page) == []
 
     # It is taken along.
     page.goto(served.page("/run?name=run1"))

@@ -695,6 +695,41 @@ def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) ->
     assert built.page.post("/padding/advise", data={"name": "run"}).status_code == 422
 
 
+def _value(page: str, field: str) -> str:
+    (found,) = re.findall(rf'<input id="{field}"[^>]* value="([^"]*)"', page)
+    return str(found)
+
+
+def test_load_and_limits_stay_over_a_reload_and_the_advice(built: Work) -> None:
+    asked = {"name": "run", "force": "2 N", "signal": "11 %", "stroke": "0.9 mm", "tolerance": "0.05 mm"}
+    fields = {"force": "force", **{f"limit-{key}": key for key in ("signal", "stroke")}, "tolerance": "tolerance"}
+    by_spec = "calib recommend run --spec run-specification.toml"
+    # They stand in the address, also in that to which the advice leads.
+    answer = built.page.post("/padding/advise", data={**asked, "height": ""}, follow_redirects=False)
+    assert answer.status_code == 303, answer.text
+    led = answer.headers["location"]
+    assert built.page.get("/padding", params=asked).text.count("signal=11%20%25") == 1
+    (part,) = re.findall(r'data-load="([^"]+)"', built.page.get(led).text)
+    look = built.page.get(part.replace("&amp;", "&")).text
+    assert {field: _value(look, field) for field in fields} == {field: asked[key] for field, key in fields.items()}
+    assert f'<code id="command">{by_spec}</code>' in _in_one(look)
+    # Without an address they are those of the advice that is kept, with the command that gave it.
+    look = built.page.get("/padding/look?name=run").text
+    assert {field: _value(look, field) for field in fields} == {field: asked[key] for field, key in fields.items()}
+    assert f'<code id="command">{by_spec}</code>' in _in_one(look)
+    assert f'<code id="gave">{by_spec}</code>' in _in_one(look)
+    # What is asked for anew leaves the command of the advice as it is; what is no quantity stays as it was typed.
+    look = built.page.get("/padding/look?name=run&force=3 N").text
+    assert (_value(look, "force"), _value(look, "limit-signal")) == ("3 N", "")
+    assert '<code id="command">calib recommend run --force &#34;3 N&#34; --padding &#34;0 mm:9 mm&#34;</code>' in _in_one(look)
+    assert f'<code id="gave">{by_spec}</code>' in _in_one(look)
+    assert _value(built.page.get("/padding/look?name=run&force=3 NN").text, "force") == "3 NN"
+    built.page.post("/padding/advise", data={"name": "run", "force": "3 N"})
+    look = built.page.get("/padding/look?name=run").text
+    assert (_value(look, "force"), _value(look, "limit-signal")) == ("3 N", "")
+    assert '<code id="gave">calib recommend run --force &#34;3 N&#34;' in _in_one(look)
+
+
 def test_wide_tables_of_the_page_move_in_their_boxes_as_those_of_the_report(page: TestClient) -> None:
     assert template_text("scroll.css") in page.get("/static/serve.css").text
 
