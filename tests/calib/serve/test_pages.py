@@ -25,6 +25,7 @@ from starlette.testclient import TestClient
 from calib.decision import Requirement, largest_force, recommend
 from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
+from calib.records import record_to_text
 from calib.report import template_text
 from calib.runs import load_run, run_state, verify
 from calib.sampling.posterior import Posterior
@@ -107,6 +108,9 @@ def test_a_file_that_is_refused_says_why_and_is_read_once_it_is_corrected(tmp_pa
     assert 'value="4 N"' in corrected.text
     assert "calib read lab/press.csv --units force=N --cycles 1 --max-force &#34;4 N&#34;" in _in_one(corrected.text)
     assert page.get("/file/picture.png?name=lab/press.csv").content.startswith(b"\x89PNG")
+    # What is advised of its quality ends with one full stop.
+    assert "as prior of machine_compliance.</li>" in corrected.text
+    assert not re.search(r"[^.]\.\.(?!\.)", re.sub("<[^>]+>", "", corrected.text))
     # Nothing of it is in the server's memory alone.
     assert 'value="4 N"' in let_in(open_workspace(space.folder)).get("/file?name=lab/press.csv").text
 
@@ -414,6 +418,27 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
     assert [child.wait() for child in begun.values()] == [143]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there the lock of a run alone tells whether it goes on")
+@pytest.mark.parametrize(
+    ("begun", "said"), [("2000-01-01 00:00:00", "All is written"), ("2100-01-01 00:00:00", "Reading and checking")]
+)
+def test_what_is_done_at_the_end_of_a_run_is_no_reading_as_at_its_beginning(finished: Work, begun: str, said: str) -> None:
+    import fcntl
+
+    job = finished.space.page_folder / "jobs" / "one"
+    job.mkdir(parents=True)
+    try:
+        words = ["calib", "calibrate", "experiment.toml", "-o", "one"]
+        write_text(job / "job.json", record_to_text("job", 1, {"words": words, "pid": 1, "begun": begun}))
+        with (job / "lock").open("wb") as lock:  # held by a command as long as it goes on
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            answer = finished.page.get("/run/progress?name=one")
+    finally:
+        shutil.rmtree(job)
+    assert answer.headers["x-alive"] == "yes"
+    assert re.findall(r"<strong>(All is written|Reading and checking)", answer.text) == [said]
+
+
 def until(holds: Callable[[], bool], seconds: float = 120.0) -> None:
     end = time.monotonic() + seconds
     while not holds():
@@ -489,6 +514,10 @@ def test_a_report_may_run_nothing(finished: Work) -> None:
 def test_two_runs_stand_side_by_side(finished: Work) -> None:
     shown = finished.page.get("/runs/difference?first=one&second=two").text
     assert "calib diff one two" in _in_one(shown)
+    # Two tables of the same numbers say which statistic they show.
+    assert "Medians ± one standard deviation" in shown
+    assert '<th scope="col">one, median</th>' in shown
+    assert "means ± one standard deviation" in finished.page.get("/run/found?name=one").text
     assert "young_modulus" in shown
     assert finished.page.get("/runs/curves.png?first=one&second=two").content.startswith(b"\x89PNG")
 
