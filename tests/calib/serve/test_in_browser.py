@@ -302,6 +302,80 @@ def test_the_shipped_example_is_begun_by_keyboard_alone(page: Page, tmp_path: Pa
         other.end(signal.SIGTERM)
 
 
+#: A drop as a browser makes it of a folder: entries of which each is a file, or is read in lots until nothing more comes.
+DROPPED = """([folder, files]) => {
+  const file = (name, text) => ({ isFile: true, name, file: done => done(new File([text], name)) });
+  const inside = (name, entries) => ({ isFile: false, name, createReader: () => {
+    const lots = [...entries.map(entry => [entry]), []];
+    return { readEntries: done => done(lots.shift()) };
+  } });
+  const entries = Object.entries(files).map(([name, text]) => name.includes("/")
+    ? inside(name.split("/")[0], [file(name.split("/")[1], text)]) : file(name, text));
+  const drop = new Event("drop", { bubbles: true, cancelable: true });
+  drop.dataTransfer = { items: [{ webkitGetAsEntry: () => inside(folder, entries) }], files: [] };
+  document.querySelector("#drop").dispatchEvent(drop);
+}"""
+#: The same of files alone, with what the browser itself makes.
+DROPPED_FILES = """files => {
+  const dataTransfer = new DataTransfer();
+  for (const [name, text] of Object.entries(files)) dataTransfer.items.add(new File([text], name));
+  document.querySelector("#drop").dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+}"""
+
+
+def test_a_folder_of_raw_files_is_dropped_or_chosen_and_its_files_are_kept_as_they_were(page: Page, tmp_path: Path) -> None:
+    text = write_press(tmp_path / "press.csv").read_text()
+    raw = {"one.csv": text, "Set 2/two.csv": text + "\n", ".DS_Store": "no lab file"}
+    chosen = tmp_path / "chosen"
+    for name, content in raw.items():
+        (chosen / name).parent.mkdir(parents=True, exist_ok=True)
+        (chosen / name).write_text(content)
+    other = Served(tmp_path / "new")
+    tab = page.context.new_page()
+    try:
+        tab.set_viewport_size({"width": 390, "height": 844})
+        tab.goto(other.address)
+        tab.wait_for_url("**/files")
+        with tab.expect_navigation():
+            tab.evaluate(DROPPED, ["dropped", raw])
+        with tab.expect_navigation():
+            tab.evaluate(DROPPED_FILES, {"alone.csv": text})
+        with tab.expect_navigation():
+            tab.locator("#choose-folder").set_input_files(chosen)
+        assert tab.locator(".files li").count() == 5
+        assert as_wide_as_the_screen(tab)
+        kept = {path.relative_to(other.folder / "lab").as_posix(): path.read_text() for path in other.folder.rglob("*.csv")}
+        there = {name: content for name, content in raw.items() if not name.startswith(".")}
+        folders = {f"{folder}/{name}": content for folder in ("dropped", "chosen") for name, content in there.items()}
+        assert kept == folders | {"alone.csv": text}
+        assert not list(other.folder.rglob(".DS_Store"))
+    finally:
+        tab.close()
+        other.end(signal.SIGTERM)
+
+
+def test_a_padding_is_looked_about_on_a_phone_by_keyboard_alone(page: Page, served: Served) -> None:
+    key = page.keyboard
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(served.page("/padding?name=run1"))
+    page.locator("#charts:not([hidden])").wait_for()
+    tab_to(page, page.locator("#force"))
+    key.press("Control+A")
+    key.type("2")
+    tab_to(page, page.locator("#limit-stroke"))
+    assert page.locator("#force").input_value() == "2 N"
+    key.type("1.9 mm")
+    page.locator("#conforming:not([hidden])").wait_for()
+    assert "at 2 N" in page.locator("#seen").inner_text()
+    assert "Probability that it conforms" in page.locator("#seen").inner_text()
+    assert as_wide_as_the_screen(page)
+    assert serious(page) == []
+    page.reload()
+    page.locator("#conforming:not([hidden])").wait_for()
+    assert (page.locator("#force").input_value(), page.locator("#limit-stroke").input_value()) == ("2 N", "1.9 mm")
+    assert as_wide_as_the_screen(page)
+
+
 def test_a_certificate_is_made_signed_and_checked_by_keyboard_alone(page: Page, served: Served) -> None:
     key = page.keyboard
     page.goto(served.page("/run?name=run1"))
