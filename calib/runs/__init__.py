@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from calib.runs.figures import figures_in
     from calib.runs.folder import Run, load_recommendation, load_run
     from calib.runs.integrity import verify
-    from calib.runs.listing import CERTIFICATES, RESULTS
+    from calib.runs.listing import CERTIFICATES, RESULTS, read_listing
     from calib.runs.measurements import asked_before, next_for, next_in, specified_before
     from calib.runs.ownership import owned, owner_of
     from calib.runs.page import PageError
@@ -79,6 +79,7 @@ __all__ = [
     "owner_of",
     "prove",
     "quick",
+    "read_listing",
     "recommend_in",
     "refine",
     "report_in",
@@ -142,7 +143,7 @@ __getattr__ = on_demand(
             "next_in",
             "specified_before",
         ),
-        ".listing": ("CERTIFICATES", "RESULTS"),
+        ".listing": ("CERTIFICATES", "RESULTS", "read_listing"),
         ".ownership": ("owned", "owner_of"),
         ".preview": ("quick",),
         ".progress": (

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.decision import PLACE, Landscape, View, force_exceeded, landscape, largest_force, spans_in_words
 from calib.errors import Fault, InputError
-from calib.experiment import Limit, Limited, Side, quoted_text
+from calib.experiment import Limit, Limited, Side, Specification, quoted_text
 from calib.files import sha256_of
 from calib.quantity import parse_quantity
 from calib.runs import Run, load_run
@@ -33,6 +33,14 @@ LIMITS: Mapping[str, tuple[Limited, Side, str, str]] = {
     "stroke": ("stroke", "at_most", "m", "1.9 mm"),
     "resolution": ("force_resolution", "at_most", "N", "20 mN"),
     "height": ("height", "at_most", "m", "7 mm"),
+}
+
+# How a value of each is written into a file: in which unit.
+_WRITTEN: Mapping[Limited, tuple[float, str]] = {
+    "signal": (1.0, ""),
+    "stroke": (1e3, " mm"),
+    "force_resolution": (1e3, " mN"),
+    "height": (1e3, " mm"),
 }
 
 
@@ -161,6 +169,28 @@ def limits_from(form: Mapping[str, str]) -> list[Limit]:
     return found
 
 
+def form_of_asked(force: float, specification: Specification | None) -> dict[str, str]:
+    """Fields of a form that asks for the same, as far as it has fields for that.
+
+    Parameters
+    ----------
+    force : [N], the load.
+    specification : that holds at it; None for the largest signal.
+    """
+    found = {"force": f"{force:.6g} N"}
+    if specification is None:
+        return found
+    for limit in specification.limits:
+        for name, (quantity, side, unit, _) in LIMITS.items():
+            if (limit.quantity, limit.side) == (quantity, side) and limit.at in (None, force):
+                scale, shown = _WRITTEN[quantity]
+                found[name] = f"{limit.value * scale:.9g}{shown}" if unit else f"{limit.value * 100:.9g} %"
+    tolerance = specification.padding_tolerance
+    if tolerance is not None and tolerance.kind == "uniform":
+        found["tolerance"] = f"{tolerance.size * 1e3:.9g} mm"
+    return found
+
+
 def _share(text: str) -> float:
     """A share such as "12 %" or "0.12"."""
     return parse_quantity(text.removesuffix("%").strip(), "") / 100 if text.endswith("%") else parse_quantity(text, "")
@@ -247,11 +277,10 @@ def specification_text(
     """
     if not limits:
         raise InputError(Fault("a specification limits something", advice="Give a least signal, or another limit"))
-    written = {"signal": (1.0, ""), "stroke": (1e3, " mm"), "force_resolution": (1e3, " mN"), "height": (1e3, " mm")}
     lines = ["# Written by the padding page of `calib serve`.", 'name = "From the page"', f"probability = {probability:.6g}"]
     lines += ["[loads]", f'force = ["{force:.6g} N"]', "[limits]"]
     for limit in limits:
-        scale, unit = written[limit.quantity]
+        scale, unit = _WRITTEN[limit.quantity]
         value = f"{limit.value * scale:.9g}{unit}"
         lines.append(f"{limit.quantity} = {{ {limit.side} = {quoted_text(value) if unit else value} }}")
     lines += ["[padding]", f'thickness = ["{lower * 1e3:.6g} mm", "{upper * 1e3:.6g} mm"]']

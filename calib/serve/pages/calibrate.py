@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -94,6 +97,7 @@ async def progress(request: Request) -> Response:
         job=job,
         alive=alive,
         told=told,
+        ending=told is None and state.condition == "finished" and job is not None and await working(_wrote, job, folder),
         stage=0 if told is None or told.stage not in STAGES else STAGES.index(told.stage) + 1,
         n_stage=len(STAGES),
         left="" if told is None or told.seconds_left is None else duration_in_words(told.seconds_left),
@@ -103,6 +107,14 @@ async def progress(request: Request) -> Response:
     )
     answer.headers["X-Alive"] = "yes" if alive else "no"
     return answer
+
+
+def _wrote(job: jobs.Job, folder: Path) -> bool:
+    """Whether a finished run was written by a command that goes on, and not before that began."""
+    with suppress(OSError):
+        written = datetime.fromtimestamp((folder / "run.json").stat().st_mtime)
+        return f"{written:%Y-%m-%d %H:%M:%S}" >= job.begun
+    return False
 
 
 def _chart(looks: list[tuple[int, float]], target: float) -> dict[str, object] | None:

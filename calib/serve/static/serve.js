@@ -215,7 +215,26 @@ if (text) {
   const forms = JSON.parse(fields.dataset.forms);
   let dirty = false, drawing = false, wait = 0, waitLight = 0, queue = Promise.resolve();
 
-  const checkSoon = () => { clearTimeout(waitLight); waitLight = setTimeout(() => load(light), 500); };
+  // What was typed into fields and is not in the file, each with what stood there before; what is said in .decide counts with its button.
+  const typed = new Map();
+  const unwritten = (deciding) => [...typed].some(([input, was]) => input.isConnected && input.value !== was && (deciding || !input.closest(".decide")));
+
+  // A verdict is of the text that was checked: as soon as another stands here, none is shown.
+  function unchecked(level, words) {
+    clearTimeout(waitLight);
+    loading.get(light)?.abort();
+    if (one(".unchecked", light) && light.textContent === `${level} ${words}`) return; // said once
+    const line = element("p", "");
+    line.append(element("span", level, { class: "unchecked" }), ` ${words}`);
+    light.replaceChildren(line);
+  }
+  const changed = () => unchecked("not checked yet", "what is typed is not in the file yet");
+  const lost = () => unchecked("not checked", "what was changed is not in the file");
+  function checkSoon() {
+    if (dirty || unwritten(false)) { changed(); return; }
+    unchecked("being checked", "what the file now holds …");
+    waitLight = setTimeout(() => load(light), 500);
+  }
 
   function show(now) {
     if (!dirty) { text.value = now.text; state.textContent = "as in the file"; }
@@ -258,27 +277,34 @@ if (text) {
     if (!again) return;
     again.focus();
     if (!typing) return;
+    typed.set(again, again.value);
     // Somebody is in the middle of a word: it stays, and is put into the file when they leave the field.
     again.value = held.value;
     again.setSelectionRange(held.selectionStart, held.selectionEnd);
     again.addEventListener("blur", () => { if (!drawing) again.dispatchEvent(new Event("change", { bubbles: true })); }, { once: true });
   }
 
-  function change(address, data, redraw) {
+  function change(address, data, redraw, form) {
+    unchecked("being checked", "what was changed is written first …");
     // One after the other: each is of what the one before has made.
     queue = queue.then(async () => {
       try {
         const { ok, status, said: now } = await answer(address, { method: "POST", body: new URLSearchParams(data()) });
         said.textContent = ok ? "" : (now.refused ?? now.faults.join(" "));
+        if (!ok) lost();
         if (ok || status === 409) {
+          for (const input of form?.elements ?? []) typed.delete(input);
           if (ok && address.endsWith("write")) dirty = text.value.replaceAll("\r\n", "\n") !== now.text;
           show(now);
           if (redraw || status === 409) await draw();
         }
-      } catch (error) { said.textContent = error.message; }
+      } catch (error) { said.textContent = error.message; lost(); }
     });
   }
 
+  fields.addEventListener("beforeinput", (event) => { if (!typed.has(event.target)) typed.set(event.target, event.target.value); });
+  fields.addEventListener("input", (event) => { if (event.target.matches("input") && !event.target.closest(".decide")) changed(); });
+  fields.addEventListener("focusout", () => { if (!drawing && light.textContent.startsWith("not checked yet")) checkSoon(); });
   fields.addEventListener("change", (event) => {
     const form = event.target.closest("form");
     if (drawing || !form || event.target.closest(".decide")) return; // what is said there counts with its button
@@ -298,13 +324,13 @@ if (text) {
       return;
     }
     if (all(".number input", form).some((input) => !input.value.trim()) && form.elements.kind?.value) return;
-    change("/experiment/put", () => new FormData(form), event.target.name === "kind");
+    change("/experiment/put", () => new FormData(form), event.target.name === "kind", form);
   });
   fields.addEventListener("submit", (event) => {
     event.preventDefault();
     const form = event.target, decide = event.submitter?.dataset.decide ?? (document.activeElement.closest(".decide") ? form.elements.known.value : "");
     if (decide) form.elements.known.value = decide;
-    change(decide ? "/experiment/decide" : "/experiment/put", () => new FormData(form), Boolean(decide));
+    change(decide ? "/experiment/decide" : "/experiment/put", () => new FormData(form), Boolean(decide), form);
     if (decide) queue.then(() => one(`#fields [data-field='${CSS.escape(form.dataset.field)}'] input[name=known]:checked`)?.focus());
   });
 
@@ -312,11 +338,16 @@ if (text) {
   text.addEventListener("input", () => {
     dirty = true;
     state.textContent = "changed, not written yet";
+    changed();
     clearTimeout(wait);
     wait = setTimeout(write, 800);
   });
   one("#text-form").addEventListener("submit", (event) => { event.preventDefault(); write(); });
-  window.addEventListener("beforeunload", (event) => { if (dirty) event.preventDefault(); });
+  window.addEventListener("beforeunload", (event) => {
+    if (!dirty && !unwritten(true)) return;
+    event.preventDefault();
+    event.returnValue = true; // what older browsers go by
+  });
 
   // Another tab, an editor or the command line may change the file.
   async function look() {
@@ -454,9 +485,19 @@ function lookAbout() {
     loadAt.step = 10 ** (Math.floor(Math.log10(now.most)) - 2);
   }
 
+  // What is asked for stands in the address of the page: it is there again when the page is loaded again.
+  let kept = wish();
+  function keep(query) {
+    if (query === kept) return;
+    kept = query;
+    const given = [...new URLSearchParams(query)].filter(([, value]) => value.trim());
+    history.replaceState(history.state, "", `/padding?${new URLSearchParams(given)}`);
+  }
+
   async function update(settled) {
     const query = wish();
     rest = settled;
+    if (settled) keep(query);
     if (asking) return; // what is asked for meanwhile is asked for afterwards
     if (query === asked) { show(rest); return; }
     asking = true;

@@ -17,7 +17,7 @@ from statistics import median
 from typing import Any
 
 import pytest
-from playwright.sync_api import Locator, Page, sync_playwright
+from playwright.sync_api import Dialog, Locator, Page, Route, sync_playwright
 from small_lab import EXPERIMENT, write_press
 
 from calib.experiment import read_experiment
@@ -247,6 +247,19 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()
     assert json.loads((served.folder / "run1" / "recommendation.json").read_text())
+    gave = page.locator("#gave").inner_text()
+    assert gave.startswith("calib recommend run1 --force")
+    # What is asked for is there again when the page is loaded again, beside the command that gave the advice.
+    tab_to(page, page.locator("#limit-signal"))
+    key.type("11 %")
+    page.wait_for_function("() => document.querySelector('#command').textContent.includes('--spec')")
+    page.reload()
+    page.locator("#charts:not([hidden])").wait_for()
+    assert page.locator("#limit-signal").input_value() == "11 %"
+    assert page.locator("#force").input_value() == f"{most / 2:g} N"
+    assert page.locator("#command").inner_text() == "calib recommend run1 --spec run1-specification.toml"
+    assert page.locator("#gave").inner_text() == gave
+    assert serious(page) == []
 
     # It is taken along.
     page.goto(served.page("/run?name=run1"))
@@ -287,6 +300,80 @@ def test_the_shipped_example_is_begun_by_keyboard_alone(page: Page, tmp_path: Pa
     finally:
         tab.close()
         other.end(signal.SIGTERM)
+
+
+#: A drop as a browser makes it of a folder: entries of which each is a file, or is read in lots until nothing more comes.
+DROPPED = """([folder, files]) => {
+  const file = (name, text) => ({ isFile: true, name, file: done => done(new File([text], name)) });
+  const inside = (name, entries) => ({ isFile: false, name, createReader: () => {
+    const lots = [...entries.map(entry => [entry]), []];
+    return { readEntries: done => done(lots.shift()) };
+  } });
+  const entries = Object.entries(files).map(([name, text]) => name.includes("/")
+    ? inside(name.split("/")[0], [file(name.split("/")[1], text)]) : file(name, text));
+  const drop = new Event("drop", { bubbles: true, cancelable: true });
+  drop.dataTransfer = { items: [{ webkitGetAsEntry: () => inside(folder, entries) }], files: [] };
+  document.querySelector("#drop").dispatchEvent(drop);
+}"""
+#: The same of files alone, with what the browser itself makes.
+DROPPED_FILES = """files => {
+  const dataTransfer = new DataTransfer();
+  for (const [name, text] of Object.entries(files)) dataTransfer.items.add(new File([text], name));
+  document.querySelector("#drop").dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+}"""
+
+
+def test_a_folder_of_raw_files_is_dropped_or_chosen_and_its_files_are_kept_as_they_were(page: Page, tmp_path: Path) -> None:
+    text = write_press(tmp_path / "press.csv").read_text()
+    raw = {"one.csv": text, "Set 2/two.csv": text + "\n", ".DS_Store": "no lab file"}
+    chosen = tmp_path / "chosen"
+    for name, content in raw.items():
+        (chosen / name).parent.mkdir(parents=True, exist_ok=True)
+        (chosen / name).write_text(content)
+    other = Served(tmp_path / "new")
+    tab = page.context.new_page()
+    try:
+        tab.set_viewport_size({"width": 390, "height": 844})
+        tab.goto(other.address)
+        tab.wait_for_url("**/files")
+        with tab.expect_navigation():
+            tab.evaluate(DROPPED, ["dropped", raw])
+        with tab.expect_navigation():
+            tab.evaluate(DROPPED_FILES, {"alone.csv": text})
+        with tab.expect_navigation():
+            tab.locator("#choose-folder").set_input_files(chosen)
+        assert tab.locator(".files li").count() == 5
+        assert as_wide_as_the_screen(tab)
+        kept = {path.relative_to(other.folder / "lab").as_posix(): path.read_text() for path in other.folder.rglob("*.csv")}
+        there = {name: content for name, content in raw.items() if not name.startswith(".")}
+        folders = {f"{folder}/{name}": content for folder in ("dropped", "chosen") for name, content in there.items()}
+        assert kept == folders | {"alone.csv": text}
+        assert not list(other.folder.rglob(".DS_Store"))
+    finally:
+        tab.close()
+        other.end(signal.SIGTERM)
+
+
+def test_a_padding_is_looked_about_on_a_phone_by_keyboard_alone(page: Page, served: Served) -> None:
+    key = page.keyboard
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(served.page("/padding?name=run1"))
+    page.locator("#charts:not([hidden])").wait_for()
+    tab_to(page, page.locator("#force"))
+    key.press("Control+A")
+    key.type("2")
+    tab_to(page, page.locator("#limit-stroke"))
+    assert page.locator("#force").input_value() == "2 N"
+    key.type("1.9 mm")
+    page.locator("#conforming:not([hidden])").wait_for()
+    assert "at 2 N" in page.locator("#seen").inner_text()
+    assert "Probability that it conforms" in page.locator("#seen").inner_text()
+    assert as_wide_as_the_screen(page)
+    assert serious(page) == []
+    page.reload()
+    page.locator("#conforming:not([hidden])").wait_for()
+    assert (page.locator("#force").input_value(), page.locator("#limit-stroke").input_value()) == ("2 N", "1.9 mm")
+    assert as_wide_as_the_screen(page)
 
 
 def test_a_certificate_is_made_signed_and_checked_by_keyboard_alone(page: Page, served: Served) -> None:
@@ -399,6 +486,86 @@ def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Serve
     page.wait_for_function("() => /^radius = .4 mm/m.test(document.querySelector('#text').value)")
     assert 'radius = "4 mm"' in (served.folder / "experiment.toml").read_text()
     other.close()
+
+
+def test_the_light_is_of_the_text_that_was_checked_and_of_no_other(page: Page, served: Served) -> None:
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.goto(served.page("/experiment"))
+    light, ball = page.locator("#light"), page.get_by_label("Ball radius")
+    light.locator(".level").wait_for()
+    was, held = ball.input_value(), list[Route]()
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/check/light", hold)
+    # As soon as something is typed, the verdict that stands there is gone; back as it was, it is asked for again.
+    ball.press("End")
+    ball.press("Backspace")
+    assert light.inner_text() == "not checked yet what is typed is not in the file yet"
+    ball.press_sequentially(was[-1])
+    ball.press("Tab")
+    assert light.locator(".level").count() == 0
+    # While the new one is checked that is said, in no colour; a check that does not come leaves no verdict.
+    page.wait_for_timeout(700)
+    asked = len(held)
+    ball.fill("10 mm")
+    ball.press("Tab")
+    assert light.inner_text().startswith("being checked")
+    page.locator(".check", has_text="20 mm in diameter").first.wait_for()
+    while len(held) == asked:
+        page.wait_for_timeout(50)
+    assert light.inner_text() == "being checked what the file now holds …"
+    assert light.get_attribute("aria-live") == "polite"
+    assert serious(page) == []
+    held[-1].abort()
+    light.get_by_text("The server does not answer").wait_for()
+    assert light.locator(".level").count() == 0
+    # A change that is refused leaves none, either; put right, it is checked.
+    page.route("**/experiment/put", lambda route: route.abort())
+    ball.fill("9 mm")
+    ball.press("Tab")
+    light.get_by_text("not checked what was changed is not in the file").wait_for()
+    page.unroute("**/experiment/put")
+    page.unroute("**/check/light", hold)
+    ball.fill(was)
+    ball.press("Tab")
+    light.locator(".level").wait_for()
+    # So with the text.
+    page.locator("#text").press("End")
+    page.locator("#text").press("Space")
+    assert light.locator(".level").count() == 0
+    light.locator(".level").wait_for()
+
+
+def test_what_is_typed_and_not_in_the_file_is_asked_about_before_the_page_is_left(page: Page, served: Served) -> None:
+    asked = list[str]()
+
+    def stays(dialog: Dialog) -> None:
+        asked.append(dialog.type)
+        dialog.dismiss()
+
+    tab = page.context.new_page()
+    tab.goto(served.page("/experiment"))
+    tab.locator("#light .level").wait_for()
+    tab.on("dialog", stays)
+    ball = tab.get_by_label("Ball radius")
+    was = ball.input_value()
+    for typed in (ball, tab.locator("#text")):
+        tab.route("**/experiment/write", lambda route: None)
+        typed.press("End")
+        typed.press("Space")
+        before = len(asked)
+        tab.evaluate("() => { location.href = '/files'; }")
+        while len(asked) == before:
+            tab.wait_for_timeout(50)
+        typed.press("Backspace")
+        if typed is ball:
+            assert ball.input_value() == was
+            tab.evaluate("() => { location.hash = 'main'; }")
+    assert asked == ["beforeunload"] * 2
+    assert tab.url.split("#")[0].endswith("/experiment")
+    tab.close()
 
 
 @pytest.mark.parametrize("width", [390, 1280])

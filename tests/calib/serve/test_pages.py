@@ -25,6 +25,7 @@ from starlette.testclient import TestClient
 from calib.decision import Requirement, largest_force, recommend
 from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
+from calib.records import record_to_text
 from calib.report import template_text
 from calib.runs import load_run, run_state, verify
 from calib.sampling.posterior import Posterior
@@ -107,6 +108,9 @@ def test_a_file_that_is_refused_says_why_and_is_read_once_it_is_corrected(tmp_pa
     assert 'value="4 N"' in corrected.text
     assert "calib read lab/press.csv --units force=N --cycles 1 --max-force &#34;4 N&#34;" in _in_one(corrected.text)
     assert page.get("/file/picture.png?name=lab/press.csv").content.startswith(b"\x89PNG")
+    # What is advised of its quality ends with one full stop.
+    assert "as prior of machine_compliance.</li>" in corrected.text
+    assert not re.search(r"[^.]\.\.(?!\.)", re.sub("<[^>]+>", "", corrected.text))
     # Nothing of it is in the server's memory alone.
     assert 'value="4 N"' in let_in(open_workspace(space.folder)).get("/file?name=lab/press.csv").text
 
@@ -414,6 +418,27 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
     assert [child.wait() for child in begun.values()] == [143]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there the lock of a run alone tells whether it goes on")
+@pytest.mark.parametrize(
+    ("begun", "said"), [("2000-01-01 00:00:00", "All is written"), ("2100-01-01 00:00:00", "Reading and checking")]
+)
+def test_what_is_done_at_the_end_of_a_run_is_no_reading_as_at_its_beginning(finished: Work, begun: str, said: str) -> None:
+    import fcntl
+
+    job = finished.space.page_folder / "jobs" / "one"
+    job.mkdir(parents=True)
+    try:
+        words = ["calib", "calibrate", "experiment.toml", "-o", "one"]
+        write_text(job / "job.json", record_to_text("job", 1, {"words": words, "pid": 1, "begun": begun}))
+        with (job / "lock").open("wb") as lock:  # held by a command as long as it goes on
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            answer = finished.page.get("/run/progress?name=one")
+    finally:
+        shutil.rmtree(job)
+    assert answer.headers["x-alive"] == "yes"
+    assert re.findall(r"<strong>(All is written|Reading and checking)", answer.text) == [said]
+
+
 def until(holds: Callable[[], bool], seconds: float = 120.0) -> None:
     end = time.monotonic() + seconds
     while not holds():
@@ -489,6 +514,10 @@ def test_a_report_may_run_nothing(finished: Work) -> None:
 def test_two_runs_stand_side_by_side(finished: Work) -> None:
     shown = finished.page.get("/runs/difference?first=one&second=two").text
     assert "calib diff one two" in _in_one(shown)
+    # Two tables of the same numbers say which statistic they show.
+    assert "Medians ± one standard deviation" in shown
+    assert '<th scope="col">one, median</th>' in shown
+    assert "means ± one standard deviation" in finished.page.get("/run/found?name=one").text
     assert "young_modulus" in shown
     assert finished.page.get("/runs/curves.png?first=one&second=two").content.startswith(b"\x89PNG")
 
@@ -693,6 +722,41 @@ def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) ->
     assert [limit.in_words for limit in wanted.limits] == ["stroke at most 0.5 mm"]
     assert (space.folder / "run" / "specification.csv").is_file()
     assert built.page.post("/padding/advise", data={"name": "run"}).status_code == 422
+
+
+def _value(page: str, field: str) -> str:
+    (found,) = re.findall(rf'<input id="{field}"[^>]* value="([^"]*)"', page)
+    return str(found)
+
+
+def test_load_and_limits_stay_over_a_reload_and_the_advice(built: Work) -> None:
+    asked = {"name": "run", "force": "2 N", "signal": "11 %", "stroke": "0.9 mm", "tolerance": "0.05 mm"}
+    fields = {"force": "force", **{f"limit-{key}": key for key in ("signal", "stroke")}, "tolerance": "tolerance"}
+    by_spec = "calib recommend run --spec run-specification.toml"
+    # They stand in the address, also in that to which the advice leads.
+    answer = built.page.post("/padding/advise", data={**asked, "height": ""}, follow_redirects=False)
+    assert answer.status_code == 303, answer.text
+    led = answer.headers["location"]
+    assert built.page.get("/padding", params=asked).text.count("signal=11%20%25") == 1
+    (part,) = re.findall(r'data-load="([^"]+)"', built.page.get(led).text)
+    look = built.page.get(part.replace("&amp;", "&")).text
+    assert {field: _value(look, field) for field in fields} == {field: asked[key] for field, key in fields.items()}
+    assert f'<code id="command">{by_spec}</code>' in _in_one(look)
+    # Without an address they are those of the advice that is kept, with the command that gave it.
+    look = built.page.get("/padding/look?name=run").text
+    assert {field: _value(look, field) for field in fields} == {field: asked[key] for field, key in fields.items()}
+    assert f'<code id="command">{by_spec}</code>' in _in_one(look)
+    assert f'<code id="gave">{by_spec}</code>' in _in_one(look)
+    # What is asked for anew leaves the command of the advice as it is; what is no quantity stays as it was typed.
+    look = built.page.get("/padding/look?name=run&force=3 N").text
+    assert (_value(look, "force"), _value(look, "limit-signal")) == ("3 N", "")
+    assert '<code id="command">calib recommend run --force &#34;3 N&#34; --padding &#34;0 mm:9 mm&#34;</code>' in _in_one(look)
+    assert f'<code id="gave">{by_spec}</code>' in _in_one(look)
+    assert _value(built.page.get("/padding/look?name=run&force=3 NN").text, "force") == "3 NN"
+    built.page.post("/padding/advise", data={"name": "run", "force": "3 N"})
+    look = built.page.get("/padding/look?name=run").text
+    assert (_value(look, "force"), _value(look, "limit-signal")) == ("3 N", "")
+    assert '<code id="gave">calib recommend run --force &#34;3 N&#34;' in _in_one(look)
 
 
 def test_wide_tables_of_the_page_move_in_their_boxes_as_those_of_the_report(page: TestClient) -> None:
