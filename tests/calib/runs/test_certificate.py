@@ -7,6 +7,7 @@ import html
 import json
 import math
 import os
+import re
 import shlex
 import shutil
 import stat
@@ -148,6 +149,34 @@ def test_it_says_what_the_run_found_who_measured_and_how_it_was_made(run: Path) 
     assert [c["text"] for c in said["commands"]] == ["calib calibrate", "calib certificate"]
     assert said["calibrated_with"].keys() >= {"python", "numpy", "platform"}
     assert said["files"]["posterior.nc"] == load_run(run).posterior_sha256
+
+
+def test_it_names_every_gate_with_its_light_those_of_the_report_first_of_all(run: Path) -> None:
+    def told(folder: Path) -> tuple[dict[str, str], str, str]:
+        said = json.loads((folder / "certificate.json").read_text(encoding="utf-8"))
+        assert all(light["reason"] and bool(light["action"]) == (light["light"] != "green") for light in said["gates"])
+        reasons = [(r["gate"], r["level"], r["finding"], r["action"]) for r in said["verdict"]["reasons"]]
+        assert [tuple(light.values()) for light in said["gates"][: len(reasons)]] == reasons
+        return {light["gate"]: light["light"] for light in said["gates"]}, *(
+            html.unescape(path.read_text(encoding="utf-8")) if path.is_file() else ""
+            for path in (folder / "certificate.html", folder / "certificate.xml")
+        )
+
+    lights, page, xml = told(run)
+    report_in(load_run(run))
+    report = (run / "report.html").read_text(encoding="utf-8")
+    assert list(lights) == re.findall(r"<span>✓ ([a-z ]+)</span>", report)
+    assert len(lights) > 7
+    assert set(lights.values()) == {"green"}
+    for gate in lights:
+        assert f"✓ {gate}: " in page
+        assert f"green, {gate}<" in xml
+    red = run.parent / "red"
+    certify_in(load_run(red))
+    lights, page, _ = told(red)
+    assert lights["convergence"] == "red"
+    assert lights["fit"] == "green"
+    assert "✓ convergence" not in page
 
 
 def test_what_is_added_later_comes_in_by_resuming_and_all_commands_are_told(tmp_path: Path) -> None:
@@ -498,6 +527,7 @@ def _results(**change: Any) -> Any:
         (lambda s: {"laboratory": s["laboratory"] | {"operator": "C. Person"}}, "its laboratory is not that of the run"),
         (lambda _: {"instruments": []}, "its instruments is not that of the run"),
         (lambda _: {"open_models": []}, "its open models are not those of the run"),
+        (lambda s: {"gates": s["gates"][1:]}, "its gates is not that of the run"),
         (lambda _: {"title": "Certificate of an accredited calibration"}, "its title is not that of the run"),
         (lambda _: {"statement": "All is well."}, "its statement is not that of the run"),
         (lambda _: {"meant": "Value: exact."}, "its meant is not that of the run"),
