@@ -147,7 +147,7 @@ class Origin:
     Attributes
     ----------
     forward : name and hash of the forward model, one for each model of an average.
-    commands : that the results come of, and the one that certified them: command, when, and of which version.
+    commands : that what is certified comes of, and the one that certified it: command, when, and of which version.
     inputs : the files that it was made from: what each is, its name and its SHA-256.
     text : of the experiment file, as it was; None if that is not there any more.
     software : name -> version of what this certificate is made with.
