@@ -6,7 +6,7 @@ import inspect
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,11 @@ from typing import Any
 from sphinx.highlighting import lexers
 
 import calib
+from calib.catalogue import UNKNOWNS
+from calib.decision import Recommendation, Requirement
+from calib.experiment import experiment_schema, specification_schema
+from calib.runs.listing import Listing
+from calib.sampling import ParameterSummary
 
 HERE = Path(__file__).parent
 PROGRAM = "dielectric-elastomer-calibration"
@@ -59,9 +64,77 @@ def _with_descriptions(app: Any, what: str, name: str, obj: Any, options: Any, l
     lines[:] = kept
 
 
-def _beside_the_docs(app: Any, name: str, text: list[str]) -> None:
-    """What stands above the folder of the docs is a page of its own."""
-    text[0] = text[0].replace("](../CONTRIBUTING.md", "](contributing.md")
+def _as_of_the_code(app: Any, name: str, text: list[str]) -> None:
+    """What stands above the folder of the docs is a page of its own; tables of the code stand where a page asks for them."""
+    page = text[0].replace("](../CONTRIBUTING.md", "](contributing.md")
+    text[0] = re.sub(r"^<!-- table: (.+) -->$", lambda found: _TABLES[found[1]](), page, flags=re.MULTILINE)
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(' '.join(cell.split()).replace('|', chr(92) + '|') for cell in row)} |" for row in lines)
+
+
+def _unknowns() -> str:
+    """Every unknown of the catalogue, one a row."""
+    rows = []
+    for row in UNKNOWNS.values():
+        q = row.quantity
+        signs = "any sign" if row.bounds == "any" else row.bounds
+        units = f"{q.display_unit or '1'}" + (f" (SI: {q.unit})" if q.unit and q.unit != q.display_unit else "")
+        when = row.when + (f"; else `{row.derived}`" if row.derived else "")
+        default = f"`{row.default}`" if row.default else "must be given" if row.required else "none"
+        reason = f": {row.reason}" if row.reason else ""
+        rows.append((f"`{row.name}`", q.symbol, q.label, units, f"{row.scope}, {signs}", when, default + reason))
+    return _table(("key", "symbol", "what it is", "unit", "one per, sign", "exists", "default prior, and why"), rows)
+
+
+def _keys(schema: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str, str]]:
+    """Every key below a table of a schema, with where it stands, what it is for, and what holds where it is left out."""
+    for key, value in schema["properties"].items():
+        several = value.get("type") == "array" and value["items"].get("type") == "object"
+        inside = value["items"] if several else value
+        about = inside.get("description") or value.get("description", "")
+        if key == "priors":  # one key for each unknown, which have a table of their own
+            yield f"`{above}[{key}]`", f"{about} Its keys: [the unknowns](unknowns.md).", ""
+        elif inside.get("type") == "object" and "properties" in inside:
+            yield f"`{above}{f'[[{key}]]' if several else f'[{key}]'}`", about, ""
+            yield from _keys(inside, f"{above}{key}.")
+        else:
+            choices = f" One of {', '.join(f'`{c}`' for c in value['enum'])}." if "enum" in value else ""
+            asked = "must be given" if key in schema.get("required", ()) else ""
+            yield f"`{above}{key}`", about + choices, f"`{value['default']}`" if "default" in value else asked
+
+
+def _attributes(of: type) -> str:
+    """What a docstring says of each attribute."""
+    rows: list[list[str]] = []
+    for line in (inspect.getdoc(of) or "").split("Attributes\n----------\n")[1].split("\n\n")[0].splitlines():
+        if line.startswith(" "):
+            rows[-1][1] += line
+        else:
+            names, _, said = line.partition(" : ")
+            rows.append([", ".join(f"`{name}`" for name in names.split(", ")), said])
+    return _table(("key", "what it is"), rows)
+
+
+def _variables() -> str:
+    """What draws of the unknowns are called in `posterior.nc`, and their units."""
+    rows = [(f"`{u.name}`", u.quantity.label, u.quantity.unit or "1") for u in UNKNOWNS.values()]
+    return _table(("variable", "what it is", "unit"), rows)
+
+
+_TABLES: dict[str, Callable[[], str]] = {
+    "unknowns": _unknowns,
+    "keys of an experiment file": lambda: _table(("key", "what it is", "default"), _keys(experiment_schema())),
+    "keys of a specification file": lambda: _table(("key", "what it is", "default"), _keys(specification_schema())),
+    "summary of a parameter": lambda: _attributes(ParameterSummary),
+    "variables": _variables,
+    "recommendation": lambda: _attributes(Recommendation),
+    "request": lambda: _attributes(Requirement),
+    "listing": lambda: _attributes(Listing),
+}
 
 
 def _write_references() -> None:
@@ -94,5 +167,5 @@ def setup(app: Any) -> None:
     """Called by Sphinx before it reads the pages."""
     _write_references()
     lexers["mermaid"] = import_module("pygments.lexers.special").TextLexer()
-    app.connect("source-read", _beside_the_docs)
+    app.connect("source-read", _as_of_the_code)
     app.connect("autodoc-process-docstring", _with_descriptions, priority=100)

@@ -33,6 +33,22 @@ LEARNED = 0.5
 BEFORE_SAMPLING = "reasons before sampling"
 #: Attribute of a posterior that keeps the reasons against the models that it is an average of.
 OF_MODELS = "reasons of the models"
+#: Gates of a calibration -> what it means that one is green.
+GREEN: Mapping[str, str] = {
+    "convergence": "the chains meet the gate of the run",
+    "prior": "no posterior mean contradicts what was believed before",
+    "fit": "the model describes every channel within what it claims",
+    "lab data": "no check of a lab file speaks against its use",
+    "learned": "Young's modulus is not mostly its prior",
+    "range": "the draws stay within what the model covers",
+    "experiment file": "no line of it still holds a guess of the draft",
+    "surrogate": "it agrees with the finite elements as well as it must",
+    "finite elements": "weighting the draws by finite elements moves no mean by much",
+    "discrepancy": "what the model leaves out is no more than was believed possible",
+    "model": "no other model that was asked is more probable, or would move Young's modulus by much",
+    "specimens": "each is as the others let one expect",
+    "prior sensitivity": "no belief pulls a headline away from the data by much",
+}
 # Models whose Bayes factors differ by less, as a logarithm (by a factor of 20), describe the data about as well.
 _AS_WELL = 3.0
 _WHAT_TELLS = (
@@ -62,8 +78,8 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     return verdict_of([*found, *_pulled(posterior, found)])
 
 
-def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
-    """What was looked at and found to be all right, in a word or two each.
+def passed_gates(posterior: Posterior, verdict: Verdict) -> dict[str, str]:
+    """What was looked at and found to be all right: each gate in a word or two, and what that means, in a sentence.
 
     Parameters
     ----------
@@ -71,15 +87,16 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     verdict : on it.
     """
     d = posterior.diagnostics
-    looked = ["convergence", "prior", "fit", "lab data", "learned", "range", "experiment file"]
-    looked += ["surrogate"] if d.surrogate_honest is not None else []
-    looked += ["finite elements"] if d.reweighting is not None else []
-    looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
-    looked += ["model"] if d.departures or d.models else []
-    looked += ["specimens"] if d.foretold or d.strangers else []
-    looked += ["prior sensitivity"] if d.sensitivity else []
+    not_looked_at = {
+        "surrogate": d.surrogate_honest is None,
+        "finite elements": d.reweighting is None,
+        "discrepancy": not any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters),
+        "model": not (d.departures or d.models),
+        "specimens": not (d.foretold or d.strangers),
+        "prior sensitivity": not d.sensitivity,
+    }
     against = {reason.gate for reason in verdict.reasons}
-    return tuple(gate for gate in looked if gate not in against)
+    return {gate: said for gate, said in GREEN.items() if gate not in against and not not_looked_at.get(gate, False)}
 
 
 def conflict_limit(n: int, level: Level = "amber") -> float:

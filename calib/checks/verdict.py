@@ -64,6 +64,37 @@ class Verdict:
         return {"colour": self.colour, "reasons": [asdict(r) for r in self.reasons]}
 
 
+@dataclass(frozen=True)
+class Light:
+    """One gate that a result was held against, whether it passed or not.
+
+    Attributes
+    ----------
+    gate : what was looked at, in a word or two.
+    light : "green" if nothing speaks against it, else the level of the reason.
+    reason : what was found, in a sentence without a full stop.
+    action : the one thing to do about it, likewise; empty where it is green.
+    """
+
+    gate: str
+    light: Colour
+    reason: str
+    action: str = ""
+
+
+def lights_of(verdict: Verdict, passed: Mapping[str, str]) -> tuple[Light, ...]:
+    """Every gate with its light: the reasons of a verdict in their order, and then what is green.
+
+    Parameters
+    ----------
+    verdict : on the result.
+    passed : gates that were looked at -> what it means that they are green; one that the verdict has a reason of is left out.
+    """
+    against = tuple(Light(r.gate, r.level, r.finding, r.action) for r in verdict.reasons)
+    named = {light.gate for light in against}
+    return (*against, *(Light(gate, "green", meaning) for gate, meaning in passed.items() if gate not in named))
+
+
 def verdict_from_plain(plain: Mapping[str, Any]) -> Verdict:
     """The verdict that `Verdict.to_plain` wrote."""
     return Verdict(tuple(Reason(**reason) for reason in plain["reasons"]))

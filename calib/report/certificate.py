@@ -10,7 +10,18 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from calib.catalogue import CHANNELS, QUANTITIES, UnknownName
-from calib.checks import AMBER_ALLOWS, Colour, Reason, Verdict, verdict_from_plain, verdict_of
+from calib.checks import (
+    AMBER_ALLOWS,
+    GREEN,
+    Colour,
+    Light,
+    Reason,
+    Verdict,
+    lights_of,
+    passed_gates,
+    verdict_from_plain,
+    verdict_of,
+)
 from calib.decision import open_models_of
 from calib.digits import interval_text, with_uncertainty
 from calib.experiment import Instrument, Laboratory, instrument_of, keys_of, model_in_words
@@ -23,7 +34,7 @@ from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 COVERAGE = 0.95
 
 #: Layout of certificate.json, and what it is by the colour of its verdict: the first thing that it says.
-CERTIFICATE_FORMAT = 4
+CERTIFICATE_FORMAT = 5
 CERTIFICATE_KINDS: Mapping[Colour, str] = {
     "green": "certificate",
     "amber": "certificate with reservations",
@@ -136,7 +147,7 @@ class Origin:
     Attributes
     ----------
     forward : name and hash of the forward model, one for each model of an average.
-    commands : that the results come of, and the one that certified them: command, when, and of which version.
+    commands : that what is certified comes of, and the one that certified it: command, when, and of which version.
     inputs : the files that it was made from: what each is, its name and its SHA-256.
     text : of the experiment file, as it was; None if that is not there any more.
     software : name -> version of what this certificate is made with.
@@ -159,6 +170,7 @@ class Certificate:
     issued : when, UTC, ISO 8601.
     name : of the experiment.
     verdict : on the calibration.
+    gates : all that it was held against, each with its light: what speaks against it first, and what is green.
     converged : whether its chains have.
     results : of the sensor; none where the verdict is red.
     known : quantities that a prior fixed.
@@ -181,6 +193,7 @@ class Certificate:
     issued: str
     name: str
     verdict: Verdict
+    gates: tuple[Light, ...]
     converged: bool
     results: tuple[CertifiedValue, ...]
     known: tuple[KnownValue, ...]
@@ -241,6 +254,7 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         issued=issued,
         name=e.name,
         verdict=verdict,
+        gates=lights_of(verdict, passed_gates(posterior, verdict)),
         converged=posterior.diagnostics.converged,
         results=results_of(posterior) if verdict.colour != "red" else (),
         known=known if verdict.colour != "red" else (),
@@ -326,7 +340,7 @@ def certificate_json(certificate: Certificate, files: Mapping[str, str]) -> str:
     files : name in the folder of the run -> SHA-256.
     """
     content = {**_content(certificate), "number": certificate.number, "files": dict(files)}
-    order = ("title", "statement", "number", "verdict", "open_models")
+    order = ("title", "statement", "number", "verdict", "gates", "open_models")
     content = {key: content[key] for key in order} | content
     return record_to_text(CERTIFICATE_KINDS[certificate.verdict.colour], CERTIFICATE_FORMAT, content)
 
@@ -338,6 +352,7 @@ def _content(c: Certificate) -> dict[str, Any]:
         "issued": c.issued,
         "name": c.name,
         "verdict": c.verdict.to_plain(),
+        "gates": [asdict(light) for light in c.gates],
         "open_models": list(c.open_models),
         "converged": c.converged,
         "results": [asdict(value) for value in c.results] if c.usable else None,
@@ -392,8 +407,11 @@ def follows_from_itself(content: Mapping[str, Any]) -> dict[str, Any]:
     laboratory = Laboratory(**content["laboratory"])
     instruments = tuple(instrument_of(plain) for plain in content["instruments"])
     reasons = [reason for reason in verdict_from_plain(content["verdict"]).reasons if reason.gate != DAY_GATE]
+    verdict = verdict_of([*reasons, *_still_to_come(laboratory, instruments, content["issued"])])
+    green = {light["gate"] for light in content["gates"] if light["light"] == "green"}
     return {
-        "verdict": verdict_of([*reasons, *_still_to_come(laboratory, instruments, content["issued"])]).to_plain(),
+        "verdict": verdict.to_plain(),
+        "gates": [asdict(light) for light in lights_of(verdict, {gate: said for gate, said in GREEN.items() if gate in green})],
         "title": _TITLES[colour],
         "statement": _statement(colour, len(content["open_models"]), missed_in(laboratory, instruments)),
         "coverage_probability": COVERAGE,

@@ -101,6 +101,7 @@ def _administrative(at: ET.Element, c: Certificate) -> None:
     colour = c.verdict.colour
     said = [("Not an accredited certificate", NOT_ACCREDITED), (f"Verdict: {colour}", c.statement)]
     said += [(f"{reason.level}, {reason.gate}", reason.in_words) for reason in c.verdict.reasons]
+    said += [(f"green, {light.gate}", light.reason) for light in c.gates if light.light == "green"]
     said += [("Model not ruled out by these data", model) for model in c.open_models]
     said += [("The numbers", MEANT)]
     said += [("Not said", f"This certificate does not say {what}.") for what in c.unsaid]

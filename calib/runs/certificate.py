@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,8 +21,13 @@ from calib.runs.listing import (
     CERTIFIED,
     LISTING,
     MEMBERS,
+    NEXT,
+    PAGES,
+    RECOMMENDATION,
     RESULTS,
     SIGNATURE,
+    SPECIFICATION,
+    SUMMARIES,
     Command,
     Listing,
     read_listing,
@@ -31,8 +37,13 @@ from calib.runs.listing import (
 from calib.signature import SecretKey, sign
 from calib.visible import visible
 
-# Commands of which what is certified comes; the others look at it, decide by it, or certified it before.
+# Commands of which the draws come; and what others write anew that is hashed. All else looks at it, or certified it before.
 _MAKING = ("calibrate", "compare", "average")
+_WRITING: Mapping[str, tuple[str, ...]] = {
+    "recommend": (RECOMMENDATION, SPECIFICATION, *PAGES),
+    "next": (NEXT, *PAGES),
+    "report": (*SUMMARIES, *PAGES),
+}
 
 
 def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
@@ -147,7 +158,7 @@ def _origin(run: Run, listing: Listing) -> Origin:
     if begun := listing.attrs.get("command", "") if len(commands) < 2 else "":  # a folder of before they were kept
         attrs = posterior.attrs
         commands = (Command(visible(begun), attrs.get("ended", ""), attrs.get(f"version of {PROGRAM}", "")), *commands)
-    commands = (*(command for command in commands[:-1] if _makes_results(command)), *commands[-1:])
+    commands = (*_commands_of_results(commands[:-1], listing.files), *commands[-1:])
     return Origin(
         forward=forwards_of(run),
         commands=tuple(asdict(command) for command in commands),
@@ -157,10 +168,23 @@ def _origin(run: Run, listing: Listing) -> Origin:
     )
 
 
-def _makes_results(command: Command) -> bool:
-    """Whether results come of a command: of one that is of no known kind nobody can tell, and it counts."""
-    words = command.text.split()
-    return not (len(words) > 1 and words[0] == "calib" and words[1] not in _MAKING)
+def _commands_of_results(commands: Sequence[Command], files: Collection[str]) -> list[Command]:
+    """The commands that results come of: those of the draws, and of the others the last that wrote a file which is there.
+
+    Of one that is of no known kind nobody can tell, and it counts.
+    """
+    kept: list[Command] = []
+    written_later: set[str] = set()
+    for command in reversed(commands):
+        words = command.text.split()
+        kind = words[1] if len(words) > 1 and words[0] == "calib" else ""
+        if not kind or kind in _MAKING:
+            kept.append(command)
+            written_later |= {*SUMMARIES, *PAGES}
+        elif own := {name for name in _WRITING.get(kind, ()) if name in files} - written_later:
+            kept.append(command)
+            written_later |= own
+    return kept[::-1]
 
 
 def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:

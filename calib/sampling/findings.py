@@ -20,7 +20,11 @@ class ParameterSummary:
 
     Attributes
     ----------
+    unit : SI, of mean, sd, median and interval.
+    mean, sd, median : of the draws.
     interval_90 : central 90 %.
+    r_hat : [1], near 1 where the chains agree.
+    ess_bulk, ess_tail : as how many independent draws they count, in the middle and towards the ends.
     prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
         variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
     prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.

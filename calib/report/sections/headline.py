@@ -73,6 +73,7 @@ def section(results: Results) -> Section:
         "left_out": max(0, len(shown) - MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
         "conditions": (*_conditions(results), *put_in_conditions(results)),
+        "tall": conformity is not None and not results.void,
         "roomy": len(verdict.reasons) + len(more) <= _FEW,
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
     }

@@ -439,6 +439,33 @@ def test_what_one_must_know_stands_on_one_sheet_and_all_else_behind_it(
     assert _sheets(whole, tmp_path) == 2
 
 
+@pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
+@pytest.mark.parametrize("n_reason", [0, 1, 3, 6, 12])
+def test_the_picture_of_a_specification_takes_what_room_the_first_sheet_has_and_no_more(
+    make_posterior: MakePosterior, tmp_path: Path, n_reason: int
+) -> None:
+    page = _sheets_page(make_posterior(), REASONS[:n_reason], replace_advice=True, as_large=True)
+    first, _, rest = page.partition("</div>\n\n<section ")
+    assert ' tall">' in first
+    without_footer = f"{first}</div></main></body></html>"
+    assert rest
+    assert _sheets(without_footer, tmp_path) == 1
+    (share,) = filled((tmp_path / "page.pdf").read_bytes())
+    assert share > 0.85
+
+
+def test_letters_of_the_picture_of_a_specification_can_be_read_on_the_first_sheet(drawn: dict[str, Figure], page: str) -> None:
+    (about,) = (said for tag, said, _ in Tree(page).found if tag == "img" and said["data-name"] == "conformity")
+    figure = drawn[about["src"].split(",")[1]]
+    tall = {rule.selector: rule.says["max-height"] for rule in RULES if ".tall" in rule.selector}
+    small = min(float(t.get_fontsize()) for t in figure.findobj(Text) if t.get_visible() and t.get_text())
+    for selector, column in (("#verdict .signal.tall", 80.0), ("#verdict .signal.tall.roomy", 92.0)):
+        height = float(tall[f"{selector} figure img"].removesuffix("mm"))
+        wide, high = figure.get_size_inches()
+        assert height * wide / high == pytest.approx(column, rel=0.02)
+        assert small * column / (25.4 * wide) >= 5.5
+
+
 def test_reasons_that_are_too_many_stand_on_the_first_sheet_with_an_action_in_a_line_each_and_in_full_behind_it(
     make_posterior: MakePosterior,
 ) -> None:

@@ -7,6 +7,7 @@ import html
 import json
 import math
 import os
+import re
 import shlex
 import shutil
 import stat
@@ -30,7 +31,7 @@ from calib.lab import Sweep
 from calib.problem import Problem
 from calib.records import exact_record_from_text, record_to_text
 from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, lines_to_add, missed_in
-from calib.runs import certify_in, load_run, recommend_in, report_in, verify
+from calib.runs import certify_in, load_run, next_in, recommend_in, report_in, verify
 from calib.runs.folder import Run
 from calib.runs.listing import CERTIFICATES, CERTIFIED, SIGNATURE, Listing, read_listing, write_listing
 from calib.runs.ownership import owned
@@ -150,6 +151,33 @@ def test_it_says_what_the_run_found_who_measured_and_how_it_was_made(run: Path) 
     assert said["files"]["posterior.nc"] == load_run(run).posterior_sha256
 
 
+def test_it_names_every_gate_with_its_light_those_of_the_report_first_of_all(run: Path) -> None:
+    def told(folder: Path) -> tuple[dict[str, str], str, str]:
+        said = json.loads((folder / "certificate.json").read_text(encoding="utf-8"))
+        assert all(light["reason"] and bool(light["action"]) == (light["light"] != "green") for light in said["gates"])
+        reasons = [(r["gate"], r["level"], r["finding"], r["action"]) for r in said["verdict"]["reasons"]]
+        assert [tuple(light.values()) for light in said["gates"][: len(reasons)]] == reasons
+        paths = [folder / f"certificate.{kind}" for kind in ("html", "xml")]
+        page, xml = (html.unescape(path.read_text(encoding="utf-8")) if path.is_file() else "" for path in paths)
+        return {light["gate"]: light["light"] for light in said["gates"]}, page, xml
+
+    lights, page, xml = told(run)
+    report_in(load_run(run))
+    report = (run / "report.html").read_text(encoding="utf-8")
+    assert list(lights) == re.findall(r"<span>✓ ([a-z ]+)</span>", report)
+    assert len(lights) > 7
+    assert set(lights.values()) == {"green"}
+    for gate in lights:
+        assert f"✓ {gate}: " in page
+        assert f"green, {gate}<" in xml
+    red = run.parent / "red"
+    certify_in(load_run(red))
+    lights, page, _ = told(red)
+    assert lights["convergence"] == "red"
+    assert lights["fit"] == "green"
+    assert "✓ convergence" not in page
+
+
 def test_what_is_added_later_comes_in_by_resuming_and_all_commands_are_told(tmp_path: Path) -> None:
     lab = _lab(tmp_path, "")
     certify_in(quick(lab, seed=4, command="calib calibrate experiment.toml -o run").run)
@@ -165,12 +193,33 @@ def test_what_is_added_later_comes_in_by_resuming_and_all_commands_are_told(tmp_
     assert [c["text"] for c in made.origin.commands] == [
         "calib calibrate experiment.toml -o run",
         "calib calibrate experiment.toml -o run --resume",
+        "calib report run",
         "calib certificate run",
     ]
     listing = read_listing(lab / "run")
     assert listing is not None
     assert [c.text for c in listing.commands][1:4:2] == ["calib certificate", "calib report run"]
     assert _wrong(lab / "run") == {}
+
+
+def test_of_commands_that_wrote_what_is_hashed_the_last_of_each_is_told(run: Path) -> None:
+    def recommended(command: str) -> None:
+        recommend_in(load_run(run), Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1, command=command)
+
+    report_in(load_run(run), command="calib report run --pdf")  # whose summary is still there
+    recommended("calib recommend run --force '1 N'")
+    recommended("calib recommend run --force '2 N'")
+    next_in(load_run(run), None, seed=1, command="calib next run --for modulus")
+    made = certify_in(load_run(run), command="calib certificate run")
+    assert [c["text"] for c in made.origin.commands] == [
+        "calib calibrate",
+        "calib report run --pdf",
+        "calib recommend run --force '2 N'",
+        "calib next run --for modulus",
+        "calib certificate run",
+    ]
+    assert {"recommendation.json", "next.json"} <= json.loads((run / "certificate.json").read_text())["files"].keys()
+    assert _wrong(run) == {}
 
 
 def test_how_to_add_what_is_not_said_can_be_pasted_from_where_one_stands(
@@ -439,7 +488,7 @@ def test_an_advice_belongs_to_its_draws_whatever_the_experiment_says_since(tmp_p
     assert again.posterior_sha256 != run.posterior_sha256
     assert again.posterior.draws_sha256 == run.posterior.draws_sha256
     assert "made from other draws" not in again.report.read_text(encoding="utf-8")
-    certify_in(again)
+    assert given in [command["text"] for command in certify_in(again).origin.commands]
     assert _wrong(lab / "run") == {}
     # Of a run that was sampled further it is none any more.
     quick(lab, resume=True, stages=replace(QUICK, page=page_of))
@@ -498,6 +547,7 @@ def _results(**change: Any) -> Any:
         (lambda s: {"laboratory": s["laboratory"] | {"operator": "C. Person"}}, "its laboratory is not that of the run"),
         (lambda _: {"instruments": []}, "its instruments is not that of the run"),
         (lambda _: {"open_models": []}, "its open models are not those of the run"),
+        (lambda s: {"gates": s["gates"][1:]}, "its gates is not that of the run"),
         (lambda _: {"title": "Certificate of an accredited calibration"}, "its title is not that of the run"),
         (lambda _: {"statement": "All is well."}, "its statement is not that of the run"),
         (lambda _: {"meant": "Value: exact."}, "its meant is not that of the run"),
