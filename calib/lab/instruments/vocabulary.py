@@ -158,12 +158,16 @@ def without_run(cell: str) -> str:
     return match["name"] if match is not None else cell
 
 
+# More names than the longest line has: they are looked at many times while a file is read.
+_MOST_NAMES = 16384
+
+
 def understood_names(quantity: str) -> str:
     """List the names that a quantity may have in a header, for advice."""
     return ", ".join(f'"{n}"' for n in NAMES[quantity][:6])
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=_MOST_NAMES)
 def understand(cell: str, unit_below: str = "") -> Heading | None:
     """Tell what a column holds from its header cell, in any of the languages and spellings that are known.
 
@@ -305,7 +309,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=_MOST_NAMES)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     if len(cell) > LONGEST:
