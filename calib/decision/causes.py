@@ -67,7 +67,18 @@ def causes(inputs: Mapping[str, FloatArray], y: FloatArray) -> tuple[Cause, ...]
     Parameters
     ----------
     inputs : name -> draws (n_draw,); those that do not vary are left out.
-    y : (n_draw,), the answer.
+    y : (n_draw,), the answer. Where it is infinite, as a margin is to a limit that is missed beyond all measure, it counts as
+        the farthest of the others.
+
+    Examples
+    --------
+    >>> x = np.linspace(-1, 1, 1001)
+    >>> causes({"x": x}, np.where(x < -0.9, -np.inf, x))[0].name
+    'x'
     """
+    finite = y[np.isfinite(y)]
+    if not finite.size:
+        return ()
+    y = np.clip(y, np.min(finite), np.max(finite))
     found = [Cause(name, one.share, one.error) for name, x in inputs.items() if np.ptp(x) > 0 for one in [first_order(x, y)]]
     return tuple(sorted(found, key=lambda cause: -cause.share))
