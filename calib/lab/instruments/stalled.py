@@ -38,6 +38,8 @@ _KEEPS_PACE = 0.7
 _ASLEEP, _AWAKES, _STEPS_BEHIND = 8, 4.0, 7
 # A channel that stands still to an end of the record goes on beside it at once if its first steps are such a share of the next.
 _AT_ONCE = 0.5
+# Readings scatter if their noise is so many times the last digit, and they bend the other way at such a share of the rows.
+_SCATTERS, _BENDS = 3.0, 0.3
 # Readings that are the same, and those of a channel at rest, as shares of the range.
 _SAME, _AT_REST = 1e-9, 0.03
 # The ball goes back by such a share of its travel behind the largest reading.
@@ -228,7 +230,7 @@ def _filled_from(order: IntArray, y: FloatArray, quantity: str, others: Mapping[
     usual = float(np.quantile(lengths, 0.9)) if lengths.size else np.inf
     if last + 1 < _USUAL * usual or (v[0] == 0 and quantity in ("displacement", "force")):
         return None
-    if quantity == "force" and noise < written:
+    if quantity == "force" and (noise < _SCATTERS * written or not _scatters(v[last + 1 :])):
         return None
     if _GOES_ON * abs(way) < max(_NOISES * noise, _DIGITS * min(written, last_step(v))):
         return None
@@ -244,6 +246,12 @@ def _filled_from(order: IntArray, y: FloatArray, quantity: str, others: Mapping[
         if moved * then > 0 and abs(moved) > max(_GOES_ON * abs(then), _NOISES * noise_of(w[np.isfinite(w)])):
             return int(order[last])
     return None
+
+
+def _scatters(v: FloatArray) -> bool:
+    """Whether readings bend to and fro, as noise does and no smooth course."""
+    bends = np.diff(v[np.isfinite(v)], 2)
+    return bends.size > 1 and float(np.mean(bends[1:] * bends[:-1] < 0)) > _BENDS
 
 
 def _moved(v: FloatArray | None, rows: IntArray) -> bool:

@@ -317,7 +317,7 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
     if all(_SERIAL_NUMBER.fullmatch(cell) for cell in said):
         return "serial numbers"
     if len(set(said)) > 1:
-        return "remarks on the columns" if _remarks(cells, [heading for heading, _ in pairs], names, units) else ""
+        return "comments on the columns" if _remarks(cells, [heading for heading, _ in pairs], names, units) else ""
     if len(said) + 1 < len(names) or understand(said[0]) is not None or begins_with_unit(said[0]):
         return ""
     words = _NUMBER_BEHIND.sub("", said[0])

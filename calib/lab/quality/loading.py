@@ -108,8 +108,8 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     written = obs.table.written.get(name, values)[rows]
     span = float(np.max(sign * away) - min(0.0, float(np.min(sign * away))))
     # In the unit of the file, where the last digit is seen, and of the series capacitance where that is what was read.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = float(np.nanmedian(np.abs(values[rows] / written)))
+    shown = np.isfinite(written) & (written != 0) & np.isfinite(values[rows])
+    factor = float(np.median(np.abs(values[rows][shown] / written[shown]))) if np.any(shown) else 1.0
     step = resolution(written) * factor or MANY_DIGITS * float(np.max(np.abs(y)))
     return LoadingBranch(
         file=obs.table.path.name,

@@ -12,7 +12,7 @@ from small_run import QUICK, quick
 
 from calib.runs import run_state
 from calib.runs.progress import PROGRESS, Teller, telling
-from calib.sampling import Posterior, Progress
+from calib.sampling import BLOCK_STEPS, Posterior, Progress
 
 BEGUN = Progress("sampling", 50, 200, 30.0, 50, 5.0, 100, float("nan"), "", 0.0, "", 400.0, 20_000)
 
@@ -41,7 +41,7 @@ def test_a_run_is_none_then_running_then_finished_or_stopped(lab: Path) -> None:
     assert not list(folder.rglob(".*"))
     (folder / "posterior.nc").unlink()
     assert run_state(folder).condition == "stopped"
-    assert run_state(folder).steps == 50  # a whole block of each ensemble, as its name says
+    assert run_state(folder).steps == BLOCK_STEPS  # a whole block of each ensemble, as its name says
 
 
 def test_a_look_is_told_once_and_all_of_them_are_kept(tmp_path: Path) -> None:
