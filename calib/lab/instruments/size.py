@@ -32,6 +32,8 @@ _LONG, _HEAVY, _CONTACT, _ENDS = 0.1, 1e5, 0.2, 0.02
 # What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
 _WHOLE = {"capacitance": (1e-8, 5), "capacitance_series": (1e-8, 5), "force": (1e3, 4)}
 _SHOWN = 500
+# Days as spreadsheets (since 1899) and MATLAB (since the year 0) count them now; they go up from nearly each row to the next.
+_DAYS, _UP = ((40_000.0, 50_000.0), (730_000.0, 750_000.0)), 0.98
 
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
@@ -74,7 +76,25 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
                 advice=advice,
             )
         )
-    return faults or _negative(sheet, values, places) or _without_marks(sheet, values, places, reading)
+    faults = faults or _negative(sheet, values, places) or _date(sheet, values, places)
+    return faults or _without_marks(sheet, values, places, reading)
+
+
+def _date(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
+    """Find days of a spreadsheet or of MATLAB under the name of a force: they go up in every row, by less than one in all."""
+    force = values.get("force", np.zeros(0))
+    force = force[np.isfinite(force)]
+    if force.size < _FEWEST or np.mean(np.diff(force) > 0) < _UP:
+        return []
+    for unit in (1.0, 1e-3):  # N and mN: days in kN are no force of a small sample
+        if any(low < float(number) < high for low, high in _DAYS for number in force[[0, -1]] / unit) and np.ptp(force) < unit:
+            name = sheet.names[places["force"]]
+            message = f'column "{name}": its numbers go up from {force[0] / unit:.9g} in every row, as days since 1899 or 0 do'
+            advice = (
+                "If its header stands over a date, put each name over its column; or say which is which: --columns force=..."
+            )
+            return [Fault(message, sheet.text.path, sheet.header_line or None, places["force"] + 1, advice=advice)]
+    return []
 
 
 def no_press(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:

@@ -333,3 +333,13 @@ def test_a_name_of_a_time_zone_that_changes_is_refused(one: str, other: str) -> 
 @pytest.mark.parametrize("cell", ["14:03:07 XYZ", "14:03:07 N", "14:03:07 mm", "14:03:07 Z CEST"])
 def test_other_letters_behind_a_time_are_no_time_zone(cell: str) -> None:
     assert not is_clock(cell)
+
+
+@pytest.mark.parametrize("first", [46_085.0, 738_988.4])
+def test_days_of_a_spreadsheet_under_the_name_of_a_force_are_refused(tmp_path: Path, first: float) -> None:
+    rows = [f"{first + 0.1 * i / 86_400:.10f};{0.0113 * i:.4f};{0.3 + 0.017 * i:.3f}" for i in range(N)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Load (N);Extension (mm);Time (s)", *rows]) + "\n")
+    assert "as days since 1899 or 0 do" in refusal(path)
+    path.write_text("\n".join(["Time (days);Extension (mm);Load (N)", *rows]) + "\n")
+    assert read_lab_file(path).columns["force"][0] == pytest.approx(0.3)
