@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 from calib.lab.instruments import IntArray
 from calib.lab.shape import calm, working_range
 from calib.lab.signal import reading_noise, reversals
+from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
 # How far the force has risen, as a share of its range, where contact is taken to begin.
@@ -157,7 +158,7 @@ def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, 
     slow = speed < max(4 * speed_noise, 0.05 * mean_speed)
     tolerance = max(3 * noise, 2e-4 * span)
     inner: list[tuple[int, int]] = []
-    for begin, end in _runs(slow):
+    for begin, end in stretches(slow):
         if end - begin < half or abs(float(values[end - 1] - values[begin])) > max(6 * noise, _STANDS * working):
             continue
         level = float(np.median(values[begin:end]))
@@ -173,8 +174,3 @@ def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, 
         for b, e in inner:
             still[b:e] = False
     return still
-
-
-def _runs(mask: BoolArray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(b), int(e)) for b, e in zip(edges[::2], edges[1::2], strict=True)]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.lab.clocks.records import CrossheadRecord, MeterRecord
+from calib.lab.stretches import stretches
 from models.sensor import FloatArray
 
 # Alternatives whose misfit is below this many times the best one's are not excluded: models of creep and hysteresis are rough.
@@ -66,8 +67,7 @@ def survey(meter: MeterRecord, tester: CrossheadRecord, low: float, high: float)
     slack = _MISFIT_RATIO * float(within) + 30 * (meter.noise / meter.change) ** 2
     fits = (sums[:, 0] <= slack) & (sums[:, 1] <= 1.2 * outside + slack)
     ranges = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], fits, [False]]).astype(np.int8)))
-    for b, e in zip(edges[::2], edges[1::2], strict=True):
+    for b, e in stretches(fits):
         k = b + int(np.argmin(total[b:e]))
         ranges.append((float(total[k]), OffsetRange(float(fine[k]), float(fine[b]), float(fine[e - 1]))))
     ranges.sort(key=lambda a: a[0])

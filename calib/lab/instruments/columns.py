@@ -56,6 +56,7 @@ from calib.lab.instruments.unit_choice import (
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
+from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
@@ -357,8 +358,7 @@ def _cells(sheet: Sheet, index: int) -> Sequence[str]:
 
 def _blocks(empty: BoolArray) -> list[tuple[int, int]]:
     """Where cells are empty in many rows in succession: the first row of each such block, and the one behind it."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], empty, [False]])))
-    return [(a, b) for a, b in edges.reshape(-1, 2).tolist() if b - a >= _PAUSE and b - a < empty.size]
+    return [(a, b) for a, b in stretches(empty) if _PAUSE <= b - a < empty.size]
 
 
 def _without_value(sheet: Sheet, index: int, blocks: Sequence[tuple[int, int]]) -> str:

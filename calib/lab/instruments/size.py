@@ -11,6 +11,7 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.times import unit_of_numbers
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from models.sensor import FloatArray
 
@@ -32,8 +33,8 @@ _LONG, _HEAVY, _CONTACT, _ENDS = 0.1, 1e5, 0.2, 0.02
 # What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
 _WHOLE = {"capacitance": (1e-8, 5), "capacitance_series": (1e-8, 5), "force": (1e3, 4)}
 _SHOWN = 500
-# Days as spreadsheets (since 1899) and MATLAB (since the year 0) count them now; they go up from nearly each row to the next.
-_DAYS, _UP = ((40_000.0, 50_000.0), (730_000.0, 750_000.0)), 0.98
+# Days of a calendar go up from nearly each row to the next.
+_UP = 0.98
 
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
@@ -87,7 +88,7 @@ def _date(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, i
     if force.size < _FEWEST or np.mean(np.diff(force) > 0) < _UP:
         return []
     for unit in (1.0, 1e-3):  # N and mN: days in kN are no force of a small sample
-        if any(low < float(number) < high for low, high in _DAYS for number in force[[0, -1]] / unit) and np.ptp(force) < unit:
+        if unit_of_numbers(float(force[0]) / unit) == "day" and np.ptp(force) < unit:
             name = sheet.names[places["force"]]
             message = f'column "{name}": its numbers go up from {force[0] / unit:.9g} in every row, as days since 1899 or 0 do'
             advice = (

@@ -66,8 +66,30 @@ _QUOTED_LINE = re.compile(r'\s*"((?:[^"]|"")*)"[\s,;]*')
 _MAY_BE_STAMPED = re.compile(r"^[ \t]*(?:\d[^>\n]{4,40}>|\[[^\n]{0,30}\d:\d\d)", re.MULTILINE)
 # Characters at the beginning among which the list of signals ends.
 _OF_SIGNALS = 20_000
-_CHANNEL_LISTED = re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE)
-_PAIRS = re.compile(r'[,;\t] ?"?(?:y|values?|amplitude|wert|messwert)"? ?[,;\t\n]', re.IGNORECASE)
+# Layouts whose columns are named elsewhere than above them: what shows one, the lines with the names above, and a note.
+_NAMED_ELSEWHERE = (
+    (
+        re.compile("startofdata", re.IGNORECASE),
+        with_signals_named,
+        'the columns are named by the list of signals ("Sig1" and so on) above "StartOfData"',
+    ),
+    (
+        re.compile("comment", re.IGNORECASE),
+        with_comments_as_names,
+        'channels are named by the line "Comment" above their addresses and units',
+    ),
+    (
+        re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE),
+        with_channels_named,
+        "channels are named by the list of them above the header",
+    ),
+    (re.compile(r"\AIGOR\n", re.IGNORECASE), with_waves_named, "the columns are the waves of an Igor text file"),
+    (
+        re.compile(r'[,;\t] ?"?(?:y|values?|amplitude|wert|messwert)"? ?[,;\t\n]', re.IGNORECASE),
+        with_titles_of_pairs,
+        "columns are named by the titles above their pairs",
+    ),
+)
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -199,21 +221,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if _MAY_BE_STAMPED.search(text, 0, _OF_SIGNALS):
         stamped, note = with_stamps_in_cells(text.split("\n"))
         text, notes = ("\n".join(stamped), [*notes, note]) if stamped else (text, notes)
-    if "startofdata" in text[:_OF_SIGNALS].lower() and (named := with_signals_named(text.split("\n"))):
-        text = "\n".join(named)
-        notes.append('the columns are named by the list of signals ("Sig1" and so on) above "StartOfData"')
-    if "comment" in text[:_OF_SIGNALS].lower() and (named := with_comments_as_names(text.split("\n"))):
-        text = "\n".join(named)
-        notes.append('channels are named by the line "Comment" above their addresses and units')
-    if _CHANNEL_LISTED.search(text[:_OF_SIGNALS]) and (named := with_channels_named(text.split("\n"))):
-        text = "\n".join(named)
-        notes.append("channels are named by the list of them above the header")
-    if text[:5].upper() == "IGOR\n" and (named := with_waves_named(text.split("\n"))):
-        text = "\n".join(named)
-        notes.append("the columns are the waves of an Igor text file")
-    if _PAIRS.search(text[:_OF_SIGNALS]) and (named := with_titles_of_pairs(text.split("\n"))):
-        text = "\n".join(named)
-        notes.append("columns are named by the titles above their pairs")
+    for shown, with_names, note in _NAMED_ELSEWHERE:
+        if shown.search(text[:_OF_SIGNALS]) and (named := with_names(text.split("\n"))):
+            text, notes = "\n".join(named), [*notes, note]
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")

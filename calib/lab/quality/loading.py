@@ -12,6 +12,7 @@ from calib.lab.observations import Observations
 from calib.lab.onset import flat_part
 from calib.lab.quality.grade import Grade, Level
 from calib.lab.signal import excursion, first_crest, reading_noise, resolution
+from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
 #: Step, as a share of the largest reading, of what is written with more digits than a step shows in.
@@ -144,8 +145,4 @@ def channel_values(obs: Observations, name: str) -> FloatArray:
 
 def longest_run(mask: BoolArray) -> tuple[int, int]:
     """Find the longest run of True in a mask, as begin and end; equal where there is none."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    if edges.size == 0:
-        return 0, 0
-    k = int(np.argmax(edges[1::2] - edges[::2]))
-    return int(edges[2 * k]), int(edges[2 * k + 1])
+    return max(stretches(mask), key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
