@@ -345,6 +345,7 @@ def main() -> None:
     parser.add_argument("--again", type=int, help="read the file of this seed only")
     options = parser.parse_args()
     if options.again is not None:
+        options.saved.mkdir(parents=True, exist_ok=True)
         print(_run([options.again], options.saved, options.seeds))
         return
     start = time.perf_counter()

@@ -402,7 +402,7 @@ _UNIT_WORD = re.compile(rf"\b(?:{UNIT_NAMES})\b|单位|単位|단위", re.I)
 _APART = re.compile(r"[\t;,|:=]|\s{2,}")
 _FILLERS = frozenset(["in", "is", "are", "as", "of", "en"])
 # The mark of a comment at the beginning of a line, and how many units between blanks are a list: "N m" is one of a torque.
-_MARK, _LISTED = re.compile(r"\s*(?:#|//|%|!)+"), 3
+_MARK, _LISTED = re.compile(r"^\s*(?:#|//|%|!)+"), 3
 # What the unit of a displacement may be declared as, beside those of force or time.
 _LENGTH = re.compile(r"lengths?|länge|longueur|longitud|lunghezza|comprimento|lengte|długość|长度|長さ|길이", re.IGNORECASE)
 
