@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import compress
 
 import numpy as np
@@ -41,6 +42,11 @@ def is_clock(cell: str) -> bool:
     cell = cell.strip()
     if len(cell) > _LONGEST or not any(character.isdecimal() for character in cell):
         return False
+    return _has_form_of_clock(cell)
+
+
+@lru_cache(maxsize=8192)  # cells of a line are asked about several times
+def _has_form_of_clock(cell: str) -> bool:
     forms = (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS)
     if any(form.match(cell) is not None for form in forms):
         return True
