@@ -1,4 +1,4 @@
-"""What the tutorial shows of the commands that take seconds is what they say; of the others, that they exist."""
+"""The tutorial shows all that its commands say; of a sampled posterior, last digits may be those of another machine."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from typer.testing import CliRunner
 from calib.cli import app
 
 TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial.md"
-#: Commands that are not run here: they take long, or install.
-LONG = ("calibrate", "recommend", "verify")
+#: Commands whose numbers are those of a sampled posterior: the last digits are another machine's own.
+SAMPLED = ("calibrate", "recommend", "verify")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_MEAN_AND_SD = re.compile(r"(-?\d+\.\d+) ± (\d+\.\d+)")
 
 
 def _shown() -> list[tuple[list[str], list[str]]]:
@@ -23,13 +25,14 @@ def _shown() -> list[tuple[list[str], list[str]]]:
         for line in block.splitlines():
             if line.startswith("$ "):
                 found.append((shlex.split(line[2:]), []))
-            elif line != "…":
+            else:
                 found[-1][1].append(line)
     return [(words[1:], lines) for words, lines in found if words[0] == "calib"]
 
 
-def _plain(text: str) -> str:
-    return " ".join(text.split())
+def _plain(lines: list[str]) -> list[str]:
+    """Lines without blanks at their ends and within tables, and without those about the machine that this runs on."""
+    return [text for line in lines if (text := " ".join(line.replace("─", "").split())) and "on this machine" not in text]
 
 
 def test_the_tutorial_shows_what_its_commands_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -37,12 +40,14 @@ def test_the_tutorial_shows_what_its_commands_say(tmp_path: Path, monkeypatch: p
     commands = _shown()
     assert [words[0] for words, _ in commands] == ["example", "read", "init", "check", "calibrate", "recommend", "verify"]
     for words, lines in commands:
-        if words[0] in LONG:
-            assert CliRunner().invoke(app, [words[0], "--help"]).exit_code == 0
-            continue
         result = CliRunner().invoke(app, words)
         assert result.exit_code == 0, result.output
-        said = [_plain(line) for line in result.stdout.splitlines()]
-        assert [line for line in lines if _plain(line) not in said] == [], words
+        shown, said = _plain(lines), _plain(result.output.splitlines())
+        if words[0] not in SAMPLED:
+            assert shown == said
+        else:
+            assert [_NUMBER.sub("#", line) for line in shown] == [_NUMBER.sub("#", line) for line in said]
+            pairs = [[(float(m), float(sd)) for line in text for m, sd in _MEAN_AND_SD.findall(line)] for text in (shown, said)]
+            assert all(abs(a - b) < 0.5 * sd for (a, sd), (b, _) in zip(*pairs, strict=True))
         if words[0] == "example":
             monkeypatch.chdir(tmp_path / "demo")
