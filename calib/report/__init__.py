@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         missed_in,
         results_of,
     )
-    from calib.report.crate import CrateFile, crate_json
+    from calib.report.crate import WRITTEN_BY, CrateFile, crate_json
     from calib.report.curve import check_in_words, curve_csv
     from calib.report.dcc import dcc_gaps, dcc_xml, laboratory_gaps
     from calib.report.deformed.cross_section import cross_section_figure
@@ -58,6 +58,7 @@ __all__ = [
     "CERTIFICATE_FORMAT",
     "CERTIFICATE_KINDS",
     "DAY_GATE",
+    "WRITTEN_BY",
     "Certificate",
     "CrateFile",
     "FirstRow",
@@ -148,7 +149,7 @@ __getattr__ = on_demand(
             "missed_in",
             "results_of",
         ),
-        ".crate": ("CrateFile", "crate_json"),
+        ".crate": ("WRITTEN_BY", "CrateFile", "crate_json"),
         ".curve": ("check_in_words", "curve_csv"),
         ".dcc": ("dcc_gaps", "dcc_xml", "laboratory_gaps"),
         ".deformed.cross_section": ("cross_section_figure",),

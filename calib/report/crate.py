@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import mimetypes
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote
@@ -36,6 +36,13 @@ _ABOUT = {
     "certificate.html": "certificate for people",
     "certificate.xml": "certificate as PTB's Digital Calibration Certificate",
     "certificate.json.minisig": "signature of certificate.json (minisign)",
+}
+_PAGES = ("report.html", "report.pdf")
+#: Files that a command leaves in a run's folder; all others are of the command that made the draws.
+WRITTEN_BY: Mapping[str, tuple[str, ...]] = {
+    "recommend": ("recommendation.json", "specification.csv", *_PAGES),
+    "next": ("next.json", *_PAGES),
+    "report": ("summary.json", "summary.csv", *_PAGES),
 }
 
 
@@ -172,10 +179,11 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
         lab = [at for at, entry in zip(inputs, c.origin.inputs, strict=True) if entry["what"] == "lab file"]
         days = {"startTime": c.laboratory.measured, "endTime": c.laboratory.measured_until}
         found.append({**measured, "result": _one_or_all(lab), **{key: day for key, day in days.items() if day}, **agent})
-    own = [{"@id": _address(file.name)} for file in files if file.sha256]
     of_certificate = [{"@id": _address(file.name)} for file in files if not file.sha256]
-    last = len(c.origin.commands)
-    for k, command in enumerate(c.origin.commands, 1):
+    commands = c.origin.commands
+    written = _written([command["text"] for command in commands[:-1]], [file.name for file in files if file.sha256])
+    there: list[dict[str, str]] = []
+    for k, command in enumerate(commands, 1):
         made: dict[str, Any] = {
             "@id": f"#command-{k}",
             "@type": "CreateAction",
@@ -184,12 +192,23 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
             "endTime": command["at"],
             "instrument": {"@id": f"#calib-{quote(command['version'], safe='')}"},
         }
-        if k == 1:
-            made |= {"object": _one_or_all(inputs), "result": _one_or_all(own)}
-        elif k == last:
-            made |= {"object": _one_or_all(own), "result": _one_or_all(of_certificate)}
-        found.append({**made, **agent})
+        results = [{"@id": _address(name)} for name in written[k - 1]] if k <= len(written) else of_certificate
+        used = list(there) or inputs
+        there += results
+        told = {"object": used, "result": results}
+        found.append({**made, **{key: _one_or_all(entries) for key, entries in told.items() if entries}, **agent})
     return found
+
+
+def _written(commands: Sequence[str], names: Sequence[str]) -> list[list[str]]:
+    """Which files each command wrote, if a later one did not write them anew."""
+    left, written = list(names), list[list[str]]()
+    for k, text in reversed(list(enumerate(commands))):
+        kind = text.split()[1] if text.startswith("calib ") else ""
+        own = [name for name in left if name in WRITTEN_BY.get(kind, names)] if k else left
+        left = [name for name in left if name not in own]
+        written.append(own)
+    return written[::-1]
 
 
 def _one_or_all(entries: list[dict[str, str]]) -> object:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,7 +11,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM
-from calib.report import Certificate, Origin, certify
+from calib.report import WRITTEN_BY, Certificate, Origin, certify
 from calib.runs.advice import of_other_draws
 from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
@@ -21,12 +21,9 @@ from calib.runs.listing import (
     CERTIFIED,
     LISTING,
     MEMBERS,
-    NEXT,
     PAGES,
-    RECOMMENDATION,
     RESULTS,
     SIGNATURE,
-    SPECIFICATION,
     SUMMARIES,
     Command,
     Listing,
@@ -39,11 +36,6 @@ from calib.visible import visible
 
 # Commands of which the draws come; and what others write anew that is hashed. All else looks at it, or certified it before.
 _MAKING = ("calibrate", "compare", "average")
-_WRITING: Mapping[str, tuple[str, ...]] = {
-    "recommend": (RECOMMENDATION, SPECIFICATION, *PAGES),
-    "next": (NEXT, *PAGES),
-    "report": (*SUMMARIES, *PAGES),
-}
 
 
 def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
@@ -181,7 +173,7 @@ def _commands_of_results(commands: Sequence[Command], files: Collection[str]) ->
         if not kind or kind in _MAKING:
             kept.append(command)
             written_later |= {*SUMMARIES, *PAGES}
-        elif own := {name for name in _WRITING.get(kind, ()) if name in files} - written_later:
+        elif own := {name for name in WRITTEN_BY.get(kind, ()) if name in files} - written_later:
             kept.append(command)
             written_later |= own
     return kept[::-1]

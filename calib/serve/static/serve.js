@@ -319,8 +319,10 @@ if (text) {
         const number = element("span", "", { class: "number" });
         number.append(element("label", name, { for: `${id}-${k}` }), element("input", "", { id: `${id}-${k}`, name: `number${k}`, autocomplete: "off" }));
         one(".prior", form).append(number);
+        typed.set(one("input", number), null);
       });
       one(".number input", form).focus();
+      changed();
       return;
     }
     if (all(".number input", form).some((input) => !input.value.trim()) && form.elements.kind?.value) return;

@@ -59,6 +59,29 @@ def test_it_tells_what_was_made_by_whom_from_what_and_how(read: Callable[..., RO
     assert crate.get("#measurement")["result"]["sha256"] == "01" * 32
 
 
+def test_each_file_is_of_the_command_that_wrote_it_last(make_posterior: Callable[..., Posterior]) -> None:
+    texts = ("calib calibrate a.toml -o RUN", "calib recommend RUN --force 10", "calib next RUN", "calib certificate RUN")
+    commands = tuple({"text": text, "at": "2026-11-23T00:00:00+00:00", "version": "0.1.0"} for text in texts)
+    names = ("posterior.nc", "summary.json", "report.html", "recommendation.json", "next.json")
+    files = (*(CrateFile(name, "ab" * 32, 1) for name in names), CrateFile("certificate.json"))
+    origin = Origin(("surrogate",), commands, INPUTS, "text", {"python": "3"})
+    certificate = certify(make_posterior(), Verdict(), origin, "2026-11-23T00:00:00+00:00")
+    graph = {entity["@id"]: entity for entity in json.loads(crate_json(certificate, files))["@graph"]}
+
+    def ids(value: dict[str, str] | list[dict[str, str]]) -> list[str]:
+        return [entry["@id"] for entry in (value if isinstance(value, list) else [value])]
+
+    actions = [graph[f"#command-{k}"] for k in (1, 2, 3, 4)]
+    written = (["posterior.nc", "summary.json"], ["recommendation.json"], ["report.html", "next.json"])
+    assert [ids(action["result"]) for action in actions] == [*written, ["certificate.json"]]
+    assert ids(actions[0]["object"]) == ["#input-1", "#input-2"]
+    assert [ids(action["object"]) for action in actions[1:]] == [
+        written[0],
+        [*written[0], *written[1]],
+        [n for w in written for n in w],
+    ]
+
+
 @pytest.mark.parametrize("said", [Laboratory(), SAID])
 def test_every_entity_that_is_named_is_there_and_no_list_has_one_entry(
     read: Callable[..., ROCrate], said: Laboratory, tmp_path: Path
