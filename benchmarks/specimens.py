@@ -23,7 +23,7 @@ from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.lab import Sweep
 from calib.problem import Problem, build_problem, model_sweeps
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import sample
+from calib.sampling import Gate, sample
 from models.response import Forward
 from models.sensor import design_from
 
@@ -91,12 +91,12 @@ def with_discrepancy(problem: Problem, truth: Mapping[str, float], rng: np.rando
     return found
 
 
-def calibrate(n: int, seed: int, max_steps: int, processes: int) -> dict[str, Any]:
+def calibrate(n: int, seed: int, max_steps: int, processes: int, gate: Gate) -> dict[str, Any]:
     """Calibrate one lot; what it took, and where truth lies."""
     experiment = read_experiment(EXPERIMENT)
     problem, truth = lot(experiment, forward_of_experiment(experiment), n, seed)
     wall, processor = time.monotonic(), _processor_seconds()
-    posterior = sample(problem, seed=seed, max_steps=max_steps, processes=processes)
+    posterior = sample(problem, seed=seed, max_steps=max_steps, processes=processes, gate=gate)
     d = posterior.diagnostics
     draws = posterior.draws.reshape(-1, len(problem.names))
     ranks = {name: float(np.mean(draws[:, k] < truth[name])) for k, name in enumerate(problem.names)}
@@ -130,15 +130,18 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--lots", type=int, default=1, help="of each size")
     parser.add_argument("--first", type=int, default=0, help="seed of the first lot")
     parser.add_argument("--steps", type=int, default=20_000, help="at most")
+    parser.add_argument("--ess", type=float, default=Gate().ess, help="effective draws wanted; fewer ask less of the run")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path, help="file for the lots, a line of JSON each")
     given = parser.parse_args(words)
+    share = given.ess / Gate().ess
+    gate = Gate(r_hat=1 + (Gate().r_hat - 1) / share, ess=given.ess, length=Gate().length * share)
     known = {(row["specimens"], row["seed"]): row for row in kept_rows(given.output)}
     print("specimens seed unknowns steps   wall [s]  processor [s]  memory [GB]  converged   truth of what is shared, as ranks")
     inside = []
     for n in given.n:
         for seed in range(given.first, given.first + given.lots):
-            row = known.get((n, seed)) or calibrate(n, seed, given.steps, given.processes)
+            row = known.get((n, seed)) or calibrate(n, seed, given.steps, given.processes, gate)
             if (n, seed) not in known:
                 keep_row(given.output, row)
             ranks = row["shared"]
