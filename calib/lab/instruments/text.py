@@ -79,7 +79,7 @@ _NAMED_ELSEWHERE = (
         'channels are named by the line "Comment" above their addresses and units',
     ),
     (
-        re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE),
+        re.compile(r'^[#%/;! \t"]*(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?0*[12]"? *[,;\t=:]', re.I | re.MULTILINE),
         with_channels_named,
         "channels are named by the list of them above the header",
     ),
