@@ -45,8 +45,10 @@ from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
+    after_raw_counts,
     contradicts,
     of_a_direction,
+    results_in_own_units,
     source_of_column,
     unit_in_words,
     unit_of_column,
@@ -148,7 +150,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
-        elif quantity in reading.units and fault is None and not of_day and (against := words_against(sheet, quantity, factor)):
+        elif quantity not in reading.units:
+            notes += [] if of_day else results_in_own_units(sheet, index, quantity, factor)
+        elif not of_day and (against := words_against(sheet, index, quantity, factor)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
         columns.append(ReadColumn(index, heading, factor, of_day))
@@ -160,6 +164,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (unit := heading.unit or sheet.unit_below(index)).startswith("1/1") and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')
         notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
+        notes += after_raw_counts(sheet, index, heading) if fault is None and quantity not in reading.units else ()
         if heading.unit and words(heading.unit) == heading.name:
             notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
         if heading.unit_doubt and fault is None:

@@ -145,6 +145,11 @@ def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], deli
         if max(of_words) >= max(2, len(cells) - 1) or sum(map(_is_reading, above)) > 1:
             return []
     units = tuple(map(_unit_alone, below)) if len(below) == len(cells) else ("",) * len(cells)
+    if sum(map(bool, units)) > 1 and all(unit or not cell for unit, cell in zip(units, below, strict=True)):
+        named = [
+            i for i, (cell, unit) in enumerate(zip(cells, units, strict=True)) if unit and understand(cell, unit) is not None
+        ]
+        return sorted({*named, *designated(tuple(cells), units)} or alone_in_unit(tuple(cells), units))
     return list(alone_in_unit(tuple(cells), units))
 
 

@@ -14,6 +14,8 @@ from models.sensor import FloatArray
 
 # What stands in a file whose two versions were put together.
 _OF_TWO_VERSIONS = ("<<<<", ">>>>", "====")
+# A factor.
+_TIMES = re.compile(r"(?<![^\W\d_])[x×*/]\s?\d|\d\s?[x×](?![^\W\d_])", re.IGNORECASE)
 # Rows on either side of the line that are looked at, and the fewest that show a pace.
 _NEAR, _FEWEST = 5, 3
 # The step of the clock across the line over the longest beside it; the pace of a channel on one side of it over the other.
@@ -37,6 +39,7 @@ def is_only_words(line: str) -> bool:
         re.search(r"[^\W\d_]{3}|[^\x00-\u2fff]{2}", line) is not None
         and not line.startswith(_OF_TWO_VERSIONS)
         and not any(c and looks_like_unit(c) for c in cells)
+        and not _TIMES.search(line)
         and not speaks_of_scale(line)
         and not speaks_of_zero(line)
     )

@@ -175,3 +175,42 @@ def test_rows_of_numbers_between_another_delimiter_are_no_text(tmp_path: Path, d
     with pytest.raises(InputError, match="parted otherwise") as error:
         read_lab_file(path)
     assert error.value.faults[0].line == at + 2
+
+
+ERRORS = (
+    *(
+        "#REF!",
+        "#NAME?",
+        "#NUM!",
+        "#NULL!",
+        "#SPILL!",
+        "#CALC!",
+        "Err:502",
+        "#BEZUG!",
+        "#ZAHL!",
+        "Fehler:502",
+        "#NOMBRE?",
+        "#NOM?",
+    ),
+    *("#¡DIV/0!", "#¡VALOR!", "#¿NOMBRE?", "#VALORE!", "#RIF!", "#ARG!", "#LICZBA!", "#DZIEL/0!", "#VÄRDEFEL!", "#DIVISION/0!"),
+    *("#ЗНАЧ!", "#ДЕЛ/0!", "#Н/Д", "#DEĞER!", "#SAYI/0!", "#YOK", "#DEEL/0!", "#WAARDE!", "#N/D", "#N/D!", "#N/B", "#ÉRTÉK!"),
+)
+
+
+@pytest.mark.parametrize("cell", ERRORS)
+@pytest.mark.parametrize("k", [0, 2])
+def test_an_error_of_a_spreadsheet_in_any_language_leaves_out_its_row(tmp_path: Path, cell: str, k: int) -> None:
+    rows = [[f"{0.1 * i:.1f}", f"{x:.4f}", f"{4 * max(x - 0.15, 0.0) ** 1.5:.4f}"] for i, x in enumerate(WAY)]
+    for at in (20, 60):
+        rows[at][k] = cell
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s);Displacement (mm);Force (N)", *map(";".join, rows)]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    column = table.columns[("time", "displacement", "force")[k]]
+    assert np.flatnonzero(~np.isfinite(column)).tolist() == [20, 60]
+    assert len(column) == N
+
+
+@pytest.mark.parametrize("cell", ["#Note!", "# N!", "#1!", "#12", "REF!", "Err: 12", "#weiter", "check!"])
+def test_other_words_behind_a_hash_are_no_error_of_a_spreadsheet(cell: str) -> None:
+    assert not is_missing(cell)

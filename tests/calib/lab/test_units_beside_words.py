@@ -480,3 +480,62 @@ def test_another_word_beside_a_reach_that_changes_the_readings_does_not(cell: st
 
 def test_the_mark_of_a_footnote_behind_a_unit_is_passed_by(tmp_path: Path) -> None:
     assert_press(read(tmp_path, ["Time (s),Displacement (mm),Force (N)*", *rows(*PRESS)]))
+
+
+# ------------------------------------------------------------------------------- words beside a table that are not of it
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("N", 1.0), ("mN", 1e-3)])
+@pytest.mark.parametrize("named", ["Maximum Compressive load ({})", "Maximum Compressive force [{}]"])
+def test_a_table_of_results_above_has_units_of_its_own(tmp_path: Path, named: str, unit: str, factor: float) -> None:
+    results = ["Results", f'"","{named.format(unit)}","Extension at maximum (mm)"', f'"1",{FORCE.max() / factor:.4f},0.79', ""]
+    raw = ["Time,Extension,Load", "(s),(mm),(kN)", *rows(TIME, DEPTH, FORCE / 1000)]
+    table = read(tmp_path, [*results, *raw])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=0.06)
+    assert any("are results, in units of their own" in note for note in table.notes)
+
+
+def test_results_that_are_none_of_the_readings_contradict_their_unit(tmp_path: Path) -> None:
+    results = ["Results", '"","Maximum Compressive load (N)","Extension at maximum (mm)"', f'"1",{FORCE.max():.4f},0.79', ""]
+    assert "says that the unit" in refusal(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(*PRESS)])
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Tare done, offset -83422, scale 412.7", "offset=123456 scale: 2280", "Tare: 84512; scale -7050.0"],
+)
+@pytest.mark.parametrize("unit", ["g", "N"])
+def test_what_the_counts_of_a_converter_are_divided_by_is_no_factor_of_readings_in_a_unit(
+    tmp_path: Path, line: str, unit: str
+) -> None:
+    table = read(tmp_path, ["HX711 init...", line, f"t_ms,pos_mm,load_{unit}", *rows(1000 * TIME, DEPTH, FORCE)])
+    np.testing.assert_allclose(table.columns["force"], FORCE * (9.80665e-3 if unit == "g" else 1.0), rtol=1e-12)
+    assert any("what the raw counts of a converter were divided by" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("line", ["Load scale 10", "offset 0.2, scale 412.7", "Tare done, offset -83422, scale 10"])
+def test_another_scale_is_a_factor(tmp_path: Path, line: str) -> None:
+    assert "states a factor" in refusal(tmp_path, ["ready", line, "t_ms,pos_mm,load_g", *rows(1000 * TIME, DEPTH, FORCE)])
+
+
+def test_readings_without_decimals_may_be_the_counts(tmp_path: Path) -> None:
+    whole = [f"{1000 * t:.0f},{d:.3f},{1e4 * f:.0f}" for t, d, f in zip(*PRESS, strict=True)]
+    said = refusal(tmp_path, ["ready", "Tare done, offset -83422, scale 412.7", "t_ms,pos_mm,load_g", *whole])
+    assert "states a factor" in said
+
+
+@pytest.mark.parametrize("time", ["Time  1 - default sample rate", "Zeit  1 - Standard-Messrate"])
+def test_names_that_are_understood_by_the_units_below_them_are_a_header(tmp_path: Path, time: str) -> None:
+    names = [f"{time},MX440A_CH1_Force,MX440A_CH2_Displacement", "s,N,mm"]
+    table = read(tmp_path, ["T0=12.03.2024 14:11:05", *names, *rows(TIME, FORCE, DEPTH)])
+    assert_press(table)
+
+
+@pytest.mark.parametrize("name", ["C0 [pF]", "C0 (pF)"])
+def test_a_capacitance_c0_that_moves_is_a_channel_and_one_that_rests_or_drifts_is_not(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, CAPACITANCE / 47, CAPACITANCE)])
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, rtol=1e-12)
+    assert any("it is not the capacitance at rest" in note for note in table.notes)
+    noise = np.round(97.3 + 0.01 * np.sin(7.3 * np.arange(N) ** 1.3), 4)
+    for still in (np.full(N, 97.3), noise):
+        assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, still / 47, still)])
