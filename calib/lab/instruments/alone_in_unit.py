@@ -14,7 +14,7 @@ from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
 
 # One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage"), the penetration depth, the
-# unknown capacitance and the change of length ("dL") of some instruments; a number tells one of several, and a Greek letter a change.
+# unknown capacitance and the change of length ("dL") of some instruments; a number is of one of many, a Greek letter a change.
 _WORDS = re.compile(
     r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx|dl", re.IGNORECASE
 )

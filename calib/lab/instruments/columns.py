@@ -178,6 +178,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         declared=sheet.declared_decimal,
         asked=reading.decimal,
         delimiter=sheet.delimiter,
+        timed="," if any(map(_has_commas_of_its_language, sheet.columns)) else "",
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -405,6 +406,17 @@ def _with_a_way_out(faults: Sequence[Fault], chosen: Collection[str]) -> list[Fa
 def _but_time(choice: Choice | None) -> Choice | None:
     without = choice is not None and (choice.option, choice.key, choice.alternatives) == ("columns", "time", ("none",))
     return None if without else choice
+
+
+# A time of day with a decimal comma, but for that of milliseconds, which programs write in any language.
+_WITH_COMMA = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d(?::\d\d)?,(?:\d{1,2}|\d{4,})")
+_TIMES_SEEN = 50
+
+
+def _has_commas_of_its_language(cells: Sequence[str]) -> bool:
+    """Whether the first cells of a column are times of day with decimal commas, as a program writes all its numbers."""
+    there = [c.strip() for c in cells[:_TIMES_SEEN] if c.strip()]
+    return len(there) > 2 and all(map(_WITH_COMMA.fullmatch, there))
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:

@@ -25,8 +25,8 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
     A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
-    and nothing else, stand in each row, where it says of how many readings, or alone beside a time and another reading; "actual (mm)" is one where another column in
-    such a unit was commanded; "secs" is the time beside "nsecs".
+    and nothing else, stand in each row, where it says of how many readings, or alone beside a time and another reading;
+    "actual (mm)" is one where another column in such a unit was commanded; "secs" is the time beside "nsecs".
 
     Parameters
     ----------

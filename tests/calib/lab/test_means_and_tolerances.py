@@ -1,4 +1,4 @@
-"""Names that say of how many readings a value is, how far it may be off, or with which ball: read, where nothing else is meant."""
+"""Names that say of how many readings a value is, how far it may be off, or with which ball: read where they are clear."""
 
 from __future__ import annotations
 
