@@ -33,6 +33,10 @@ _LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)"
 _TOLERANCE = re.compile(
     r"(?<=[^\s(\[,;])\s*(?:±|\+/-)\s?\d+(?:[.,]\d+)?(?:\s?(?:%|[^\W\d_]{1,3})(?=\s*[)\]]))?\s?%?(?=\s*(?:[()\[\]]|$))"
 )
+# What was taken off, behind the unit: "Force (N) tare 0.35 N"; where the zero lies is a parameter.
+_TARE = re.compile(
+    r"(?P<before>.*[)\]])\s*[,;]?\s*(?P<tare>(?:tared?|tara|tariert)\s?[:=]?\s?\d+(?:[.,]\d+)?\s?[^\W\d_]{0,3})", re.IGNORECASE
+)
 # With which ball a column was measured, behind its name: "Displacement 6mm ball (µm)".
 _BALLS = "ball|kugel|sphere|sphère|bille|sfera|bola|esfera|kogel|kula|kulka|indenter|球"
 #: The size of a ball, for patterns.
@@ -133,6 +137,9 @@ def tidy(cell: str) -> str:
         return cell
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
+    of_tare = _TARE.fullmatch(cell)
+    if of_tare is not None:
+        return tidy(f"{of_tare['before']} ({of_tare['tare']})")
     with_ball = _WITH_BALL.fullmatch(cell)
     if with_ball is not None:
         return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball']})")

@@ -161,7 +161,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
             faults += of_a_direction(sheet, index, usual)
-        if (unit := heading.unit or sheet.unit_below(index)).startswith("1/1") and fault is None:
+        unit = heading.unit or sheet.unit_below(index)
+        if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')
         notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
         notes += after_raw_counts(sheet, index, heading) if fault is None and quantity not in reading.units else ()

@@ -110,8 +110,8 @@ _OF_MEASURING = frozenset(
 # How far an instrument reaches, or at which frequency it measures.
 _REACH = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg|mm|k?Hz|m?V)(?!\w)")
 _BALL = re.compile(BALL, re.IGNORECASE)
-# Of how many readings each is.
-_SO_MANY = re.compile(r"n\s?=\s?\d{1,4}", re.IGNORECASE)
+# Of how many readings each is, and what was taken off.
+_SO_MANY = re.compile(r"n\s?=\s?\d{1,4}|(?:tared?|tara|tariert)\s?[:=]?\s?\d+(?:[.,]\d+)?\s?[^\W\d_]{0,3}", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]{2,}(?:-[^\W\d_]+)*\.?|[^\W\d_](?:-[^\W\d_]{2,})+")
 _MOST = 4
 _UNITS = {"time": "s", "displacement": "mm", "force": "N", "capacitance": "pF"}

@@ -539,3 +539,42 @@ def test_a_capacitance_c0_that_moves_is_a_channel_and_one_that_rests_or_drifts_i
     noise = np.round(97.3 + 0.01 * np.sin(7.3 * np.arange(N) ** 1.3), 4)
     for still in (np.full(N, 97.3), noise):
         assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, still / 47, still)])
+
+
+def test_units_in_cells_of_their_own_behind_the_names_are_theirs_where_rows_have_half_as_many(tmp_path: Path) -> None:
+    table = read(tmp_path, ["Time, s,Extension, mm,Load, N", *rows(*PRESS)])
+    assert_press(table)
+    assert any("the unit of each column stands in a cell of its own" in note for note in table.notes)
+    for names in ("Time, s,Extension, mm,Load", "Time, s,Extension, mm,Load, left"):
+        assert refusal(tmp_path, [names, *rows(*PRESS)])
+
+
+@pytest.mark.parametrize("line", ["# units: time s; disp um; force mN", "# Units: s, um, mN"])
+def test_units_declared_in_a_comment_that_ends_the_file_are_those_of_the_columns(tmp_path: Path, line: str) -> None:
+    table = read(tmp_path, ["time,disp,force", *rows(TIME, 1e3 * DEPTH, 1e3 * FORCE), line])
+    assert_press(table)
+    assert any(f"line {N + 2} says the unit of time (s)" in note for note in table.notes)
+
+
+def test_units_that_end_the_file_and_contradict_those_of_the_names_are_asked_about(tmp_path: Path) -> None:
+    said = refusal(tmp_path, ["Time (s),Disp (mm),Force (N)", *rows(*PRESS), "# units: time s; disp mm; force mN"])
+    assert "mN" in said
+
+
+@pytest.mark.parametrize("unit", ["N·10⁻³", "N·10^-3", "N ⋅ 10⁻³"])
+def test_a_power_of_ten_behind_a_unit_and_a_point_is_one_unit_with_it(tmp_path: Path, unit: str) -> None:
+    table = read(tmp_path, [f"Time (s),Extension (mm),Load ({unit})", *rows(TIME, DEPTH, 1e3 * FORCE)])
+    assert_press(table)
+    assert any("is read as numbers of" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("unit", ["N·m", "N·10", "N·10^3", "N x 10^-3"])
+def test_another_product_behind_a_unit_is_none(tmp_path: Path, unit: str) -> None:
+    assert refusal(tmp_path, [f"Time (s),Extension (mm),Load ({unit})", *rows(*PRESS)])
+
+
+@pytest.mark.parametrize("tare", ["tare 0.35 N", "tara = 0.35 N", ", tara 0,35"])
+def test_what_was_taken_off_is_passed_by_in_the_name_of_a_force(tmp_path: Path, tare: str) -> None:
+    table = read(tmp_path, [f'Time (s),Extension (mm),"Load (N) {tare}"', *rows(*PRESS)])
+    assert_press(table)
+    assert any("is passed by" in note for note in table.notes)
