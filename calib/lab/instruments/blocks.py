@@ -212,8 +212,8 @@ def _blocks(
     require_no_other_rows(sheet, lines, sum(len(b.rows) for b in blocks))
     if run_on:
         shown = f'"{text.lines[run_on[0]].strip()[:80]}" in line {run_on[0] + 1}'
-        more = f" and {len(run_on) - 1} more line(s)" if len(run_on) > 1 else ""
-        below.append(f"{shown}{more} is taken for a remark: time goes on across it at its pace, and so do the readings")
+        others = f" and {len(run_on) - 1} more line(s) are taken for remarks" if len(run_on) > 1 else " is taken for a remark"
+        below.append(f"{shown}{others}: time goes on across it at its pace, and so do the readings")
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
 
 

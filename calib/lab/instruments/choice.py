@@ -102,7 +102,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             of_rest = _at_rest(sheet, quantity, candidates)
-            moves_at_rest = bool(of_rest) and _runs_through(_alone(sheet, best.index))
+            moves_at_rest = (
+                bool(of_rest) and _runs_through(_alone(sheet, best.index)) and _goes_with(sheet, best.index, headings)
+            )
             faults += [] if moves_at_rest else of_rest
             notes += [_NOT_AT_REST.format(sheet.names[best.index])] if moves_at_rest else []
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)

@@ -14,6 +14,13 @@ from models.sensor import FloatArray
 
 # What stands in a file whose two versions were put together.
 _OF_TWO_VERSIONS = ("<<<<", ">>>>", "====")
+# How words begin that speak of another ball, specimen or press.
+_OF_ANOTHER = re.compile(
+    r"(?<![^\W_])(?:chang|swap|replac|exchang|new(?![^\W_])|next|other|another|second|neu|nächst|naechst|gewechsel|wechsel|"
+    r"getauscht|tausch|ander|zweit|nouve|suivant|autre|deuxi|remplac|nuev|siguiente|otr[oa]|cambi|nuov|prossim|altr[oa]|now[aey]|"
+    r"нов|друг|след|замен)|新|换|換|替|次の|别|別|다음|새 |교체",
+    re.IGNORECASE,
+)
 # A factor.
 _TIMES = re.compile(r"(?<![^\W\d_])[x×*/]\s?\d|\d\s?[x×](?![^\W\d_])", re.IGNORECASE)
 # Rows on either side of the line that are looked at, and the fewest that show a pace.
@@ -27,18 +34,19 @@ _IN_CONTACT = 0.1
 
 
 def is_only_words(line: str) -> bool:
-    """Whether a line among rows holds words that name no unit, range or zero.
+    """Whether a line among rows holds words that name no unit, range, zero, or another ball or specimen.
 
     >>> is_only_words("*** Marker 1: touch ***"), is_only_words("Event,touch,"), is_only_words("10:22:13 contact detected")
     (True, True, True)
-    >>> is_only_words("====="), is_only_words("(s),(mm),(N)"), is_only_words("range 2"), is_only_words("tare")
-    (False, False, False, False)
+    >>> [is_only_words(line) for line in ("=====", "(s),(mm),(N)", "range 2", "tare", "Kugel gewechselt")]
+    [False, False, False, False, False]
     """
     cells = [c.strip(" ()[]\"'") for c in re.split(r"[,;\t]", line)]
     return (
         re.search(r"[^\W\d_]{3}|[^\x00-\u2fff]{2}", line) is not None
         and not line.startswith(_OF_TWO_VERSIONS)
         and not any(c and looks_like_unit(c) for c in cells)
+        and not _OF_ANOTHER.search(line)
         and not _TIMES.search(line)
         and not speaks_of_scale(line)
         and not speaks_of_zero(line)

@@ -141,7 +141,9 @@ def test_words_across_which_clock_and_press_run_on_are_a_remark(tmp_path: Path, 
     assert any(u.what == "line 32" for u in table.unread)
 
 
-@pytest.mark.parametrize("line", ["Run 2", "specimen B", "=====", "range 2", "tare", "(s),(mm),(N)", "kN", "new sample"])
+@pytest.mark.parametrize(
+    "line", ["Run 2", "specimen B", "=====", "range 2", "tare", "(s),(mm),(N)", "kN", "pad swapped", "Kugel gewechselt"]
+)
 def test_words_of_a_run_a_unit_or_a_zero_are_no_remark_for_all_that_the_press_runs_on(tmp_path: Path, line: str) -> None:
     with pytest.raises(InputError, match="stands among the rows"):
         read(tmp_path, line, at=30)
@@ -161,8 +163,8 @@ def test_words_where_the_ball_rests_out_of_contact_are_refused_as_another_may_be
     def rests(row: list[float], place: int) -> list[float]:
         return [row[0], 0.0, 0.0] if place < 12 else row
 
-    with pytest.raises(InputError, match='"Kugel gewechselt" stands among the rows'):
-        read(tmp_path, "Kugel gewechselt", at=6, changed=rests)
+    with pytest.raises(InputError, match='"Marker: ball" stands among the rows'):
+        read(tmp_path, "Marker: ball", at=6, changed=rests)
 
 
 @pytest.mark.parametrize("delimiter", ["\t", ";", "|", " "])

@@ -539,6 +539,9 @@ def test_a_capacitance_c0_that_moves_is_a_channel_and_one_that_rests_or_drifts_i
     noise = np.round(97.3 + 0.01 * np.sin(7.3 * np.arange(N) ** 1.3), 4)
     for still in (np.full(N, 97.3), noise):
         assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, still / 47, still)])
+    there_and_back = np.concatenate([DEPTH[: N // 2], DEPTH[: N // 2][::-1]])
+    drift = np.round(97.3 + 0.4 * TIME / TIME[-1], 4)
+    assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),Extension (mm),{name}", *rows(TIME, there_and_back, drift)])
 
 
 def test_units_in_cells_of_their_own_behind_the_names_are_theirs_where_rows_have_half_as_many(tmp_path: Path) -> None:
