@@ -36,6 +36,7 @@ _WORDS = {
 _SINCE_1970 = r"1\d{12}(\.|$)"
 _SERIES = ("Cs", "CS", "Series capacitance")
 _STATISTICS = ("max", "min", "mean", "peak hold", "setpoint", "command", "target", "average", "std")
+_MEANS = ("mean", "average")
 _OTHER_UNITS = ("degC", "V", "%", "kPa", "rpm", "foo", "Ohm")
 
 
@@ -212,8 +213,8 @@ def _same(column: Column, _: str) -> tuple[float, ...]:
     return column.factors
 
 
-def _none(_: Column, __: str) -> tuple[float, ...]:
-    return ()
+def _of_a_mean(column: Column, word: str) -> tuple[float, ...]:
+    return column.factors if word in _MEANS else ()
 
 
 def _multiplied(column: Column, word: str) -> tuple[float, ...]:
@@ -305,7 +306,11 @@ KINDS = (
     Kind("time unit deleted", "seconds may be taken if that is told", no_time_unit),
     Kind("unit declared above", "said in another place", unit_above),
     Kind("unit contradicted above", "nothing says which is right", other_unit_above, last=True),
-    Kind("bracket: statistic", "a maximum, a mean or a setpoint is no record", _bracket(_STATISTICS, _none)),
+    Kind(
+        "bracket: statistic",
+        "a maximum or a setpoint is no record; a mean alone is one, and told",
+        _bracket(_STATISTICS, _of_a_mean, told=True),
+    ),
     Kind(
         "bracket: factor",
         "applied and told, or refused",

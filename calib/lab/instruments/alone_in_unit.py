@@ -13,10 +13,10 @@ from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
 
-# One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage") and the penetration depth and the
-# unknown capacitance of some instruments; a number tells one of several, and a Greek letter a change.
+# One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage"), the penetration depth, the
+# unknown capacitance and the change of length ("dL") of some instruments; a number is of one of many, a Greek letter a change.
 _WORDS = re.compile(
-    r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx", re.IGNORECASE
+    r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx|dl", re.IGNORECASE
 )
 # Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
 # "x" and "y" axes, "T", "V" and "Q" forces across.
@@ -84,7 +84,10 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
-        and not (_CHANGE.match(outside) or (outside[:1] == "d" and understand(outside[1:], below or unit)))
+        and not (
+            (_CHANGE.match(outside) and not (quantity == "displacement" and alone == "dL"))
+            or (outside[:1] == "d" and understand(outside[1:], below or unit))
+        )
         and not (quantity == "capacitance" and _DIFFERENCE.search(outside))
         and not FUNCTION.search(outside)
         and why_unread(name, below) == "not understood"

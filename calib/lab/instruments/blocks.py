@@ -6,13 +6,13 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.clock_cells import is_clock
-from calib.lab.instruments.header import split_blanks, split_line
+from calib.lab.instruments.header import DELIMITERS, split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
 from calib.lab.instruments.lines import (
@@ -22,12 +22,14 @@ from calib.lab.instruments.lines import (
     is_other_header,
     kind_of_line,
     left_out,
+    n_named,
     n_needed,
     not_read,
     short_rows,
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.quotes import check_quotes
+from calib.lab.instruments.run_on import is_only_words, runs_on
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
@@ -133,6 +135,7 @@ def _blocks(
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
+    run_on: list[int] = []  # indices of lines across which clock and press run on
     below: list[str] = []
     unread: list[Unread] = []
     skip_units = False
@@ -179,6 +182,11 @@ def _blocks(
             numbers = next((k for k in apart if _is_of_numbers(text.lines[start + k])), None)
             if numbers is not None and blocks[-1].rows:
                 raise InputError(_other_names_needed(sheet, start + numbers))
+            lone = text.lines[start + apart[0]] if len(apart) == 1 and len(run_on) < _REMARKS else ""
+            if lone and blocks[-1].rows and _runs_on(sheet, rows, lone, blocks[-1].rows, i):
+                among_text += apart
+                run_on.append(start + apart[0])
+                apart = []
             if apart and blocks[-1].rows:
                 faults += [
                     Fault(
@@ -201,7 +209,28 @@ def _blocks(
         raise InputError(capped(faults, "rows cannot be read"))
     among_text += apart
     lines = [start + i for i in sorted(among_text)]
+    require_no_other_rows(sheet, lines, sum(len(b.rows) for b in blocks))
+    if run_on:
+        shown = f'"{text.lines[run_on[0]].strip()[:80]}" in line {run_on[0] + 1}'
+        others = f" and {len(run_on) - 1} more line(s) are taken for remarks" if len(run_on) > 1 else " is taken for a remark"
+        below.append(f"{shown}{others}: time goes on across it at its pace, and so do the readings")
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+
+
+def _runs_on(sheet: Sheet, rows: list[list[str]], line: str, above: Sequence[int], first: int) -> bool:
+    """Whether a line of words, of no run or specimen, stands among rows that go on: those `above`, and from `first` on."""
+    if SPECIMEN.search(line) or _RUN.search(line) or not is_only_words(line):
+        return False
+    quantities = {i: h.quantity for i, h in sheet.headings().items() if h.quantity != "status"}
+    key = min(quantities)
+    below = takewhile(lambda row: key < len(row) and _is_reading(row[key]), rows[first : first + _BESIDE])
+    return runs_on(
+        quantities,
+        [rows[k] for k in above[-_BESIDE:]],
+        list(below),
+        lambda k: [row[k] for row in rows if k < len(row)],
+        sheet.declared_decimal,
+    )
 
 
 def _of_a_head(rows: Sequence[Sequence[str]], kinds: Sequence[str]) -> int:
@@ -221,6 +250,46 @@ def _is_of_numbers(line: str) -> bool:
     return len(cells) > 2 and all(map(is_numeric, cells))
 
 
+def require_no_other_rows(sheet: Sheet, indices: Sequence[int], n_row: int) -> None:
+    """Refuse rows of numbers among lines taken for text or for one cell, as where others part their cells, unless they are few.
+
+    Parameters
+    ----------
+    sheet : their file.
+    indices : of the lines in the file, from 0.
+    n_row : rows that were read.
+
+    Raises
+    ------
+    InputError
+        If there are ten or more, or two that are a twentieth of the rows.
+    """
+    width = n_named(sheet)
+    found = [
+        i for i in indices if any(_is_row_between(sheet.text.lines[i], d, width) for d in DELIMITERS if d != sheet.delimiter)
+    ]
+    if len(found) < 2 or (len(found) < FEW_ROWS and len(found) < _FEW_OTHERWISE * n_row):
+        return
+    line = sheet.text.lines[found[0]].strip()
+    message = (
+        f'"{line[:60]}" and {len(found) - 1} more line(s) are rows of numbers whose cells are parted otherwise than those of '
+        "the rows above"
+    )
+    advice = "Write one delimiter between the cells of all rows, or save the rows of each in a file of their own"
+    raise InputError(Fault(message, sheet.text.path, found[0] + 1, advice=advice))
+
+
+def _is_row_between(line: str, delimiter: str, width: int) -> bool:
+    """Whether a line has as many numbers between delimiters as there are columns, and nothing else."""
+    cells = split_line(line.strip(), delimiter)
+    return (
+        _ONE_NUMBER.fullmatch(line.strip()) is None
+        and width > 1
+        and len(cells) == width
+        and all(is_numeric(c) or is_clock(c) for c in cells)
+    )
+
+
 def _other_names_needed(sheet: Sheet, at: int) -> Fault:
     """The refusal of rows that the line taken for the header does not part into cells, so that some seem to be text."""
     header = sheet.text.lines[sheet.header_line - 1].strip()[:60] if sheet.header_line else ""
@@ -234,6 +303,12 @@ def _other_names_needed(sheet: Sheet, at: int) -> Fault:
     )
 
 
+# Rows on either side of a line that show whether clock and press run on across it, and how many such lines are looked at.
+_BESIDE, _REMARKS = 10, 20
+# Rows whose cells are parted otherwise are fewer than this share of the others, or refused.
+_FEW_OTHERWISE = 0.05
+# A number by itself, its thousands set apart by blanks.
+_ONE_NUMBER = re.compile(r"[-+]?\d{1,3}(?: \d{3})*(?:[.,]\d+)?|[-+]?\d+[.,]\d+(?:[eE][-+]?\d+)?")
 # "Status: Running" among the rows, as testers write it.
 _STATUS = re.compile(
     r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I

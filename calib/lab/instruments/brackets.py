@@ -29,6 +29,22 @@ _REMARK_BEHIND = re.compile(r"(?P<before>[^,;]*[)\]])\s?[,;]\s*(?P<remark>[^\W\d
 _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
 # A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
 _LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)")
+# How far readings may be off, behind a unit or a name: "(mm ±0.002)", "Force (N) ± 0.01"; it changes nothing of them.
+_TOLERANCE = re.compile(
+    r"(?<=[^\s(\[,;])\s*(?:±|\+/-)\s?\d+(?:[.,]\d+)?(?:\s?(?:%|[^\W\d_]{1,3})(?=\s*[)\]]))?\s?%?(?=\s*(?:[()\[\]]|$))"
+)
+# What was taken off, behind the unit: "Force (N) tare 0.35 N"; where the zero lies is a parameter.
+_TARE = re.compile(
+    r"(?P<before>.*[)\]])\s*[,;]?\s*(?P<tare>(?:tared?|tara|tariert)\s?[:=]?\s?\d+(?:[.,]\d+)?\s?[^\W\d_]{0,3})", re.IGNORECASE
+)
+# With which ball a column was measured, behind its name: "Displacement 6mm ball (µm)".
+_BALLS = "ball|kugel|sphere|sphère|bille|sfera|bola|esfera|kogel|kula|kulka|indenter|球"
+#: The size of a ball, for patterns.
+BALL = (
+    rf"(?:[Øø⌀]\s?)?\d+(?:[.,]\d+)?[\s_-]?mm[\s_-]?(?:{_BALLS})|"
+    rf"(?:{_BALLS})[\s_-]?(?:[Øø⌀]\s?|[dr]\s?=?\s?)?\d+(?:[.,]\d+)?[\s_-]?mm"
+)
+_WITH_BALL = re.compile(rf"(?P<before>[^()\[\]]*[^\W\d_])[\s_,;-]+(?P<ball>{BALL})(?P<behind>\s*[(\[].*)", re.IGNORECASE)
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
 # A symbol with its index, whose letter is no unit: "C_s (pF)".
@@ -114,11 +130,19 @@ def tidy(cell: str) -> str:
     ('Raw Force (N)', 'Stiffness_N_mm_', 'Depth__m_', 'Load_10_N_')
     >>> tidy("Displacement.mm"), tidy("101 <Force> (N)"), tidy("Load.A")
     ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
+    >>> tidy("Displacement (mm ±0.002)"), tidy("Force (N) ± 0.01"), tidy("Force ±0.5% (N)"), tidy("Weg 6mm Kugel (µm)")
+    ('Displacement (mm)', 'Force (N)', 'Force (N)', 'Weg (μm) (6mm Kugel)')
     """
     if len(cell) > LONGEST:
         return cell
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    cell = usual_case(_FOOTNOTE.sub("", cell))
+    cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
+    of_tare = _TARE.fullmatch(cell)
+    if of_tare is not None:
+        return tidy(f"{of_tare['before']} ({of_tare['tare']})")
+    with_ball = _WITH_BALL.fullmatch(cell)
+    if with_ball is not None:
+        return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball']})")
     if small := unit_of_small_letters(cell):
         return f"{cell[: -len(small)]}{small}"
     of_power = _OVER_POWER.fullmatch(cell)

@@ -101,7 +101,12 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
             notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
-            faults += _at_rest(sheet, quantity, candidates)
+            of_rest = _at_rest(sheet, quantity, candidates)
+            moves_at_rest = (
+                bool(of_rest) and _runs_through(_alone(sheet, best.index)) and _goes_with(sheet, best.index, headings)
+            )
+            faults += [] if moves_at_rest else of_rest
+            notes += [_NOT_AT_REST.format(sheet.names[best.index])] if moves_at_rest else []
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
     notes += _without_empty_capacitance(sheet, chosen, unread)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
@@ -261,6 +266,28 @@ def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) 
             choice=this,
         )
     ]
+
+
+_NOT_AT_REST = (
+    'capacitance is taken from "{}", which changes as what is measured does: it is not the capacitance at rest; if it is no '
+    "record, --columns capacitance=none"
+)
+# A reading changes by more than this share of itself, and so many times what it is off the line of those beside it; fewest.
+_CHANGE, _OVER_NOISE, _FEWEST_RUNNING = 1e-3, 20.0, 10
+
+
+def _runs_through(values: FloatArray) -> bool:
+    """Whether readings change smoothly, by far more than their noise, as those of a press do, and a drift at rest does not."""
+    there = values[np.isfinite(values)]
+    if there.size < _FEWEST_RUNNING:
+        return False
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(there, 5), axis=1)
+    noise = float(np.median(np.abs(np.diff(there, 2))))
+    span = float(np.ptp(middle))
+    return span > max(_OVER_NOISE * noise, _CHANGE * float(np.median(np.abs(there))))
+
+
+_FEWEST_RUNNING = 10
 
 
 def _shown(sheet: Sheet, index: int) -> str:

@@ -45,8 +45,10 @@ from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
+    after_raw_counts,
     contradicts,
     of_a_direction,
+    results_in_own_units,
     source_of_column,
     unit_in_words,
     unit_of_column,
@@ -148,7 +150,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
-        elif quantity in reading.units and fault is None and not of_day and (against := words_against(sheet, quantity, factor)):
+        elif quantity not in reading.units:
+            notes += [] if of_day else results_in_own_units(sheet, index, quantity, factor)
+        elif not of_day and (against := words_against(sheet, index, quantity, factor)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
         columns.append(ReadColumn(index, heading, factor, of_day))
@@ -157,9 +161,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
             faults += of_a_direction(sheet, index, usual)
-        if (unit := heading.unit or sheet.unit_below(index)).startswith("1/1") and fault is None:
+        unit = heading.unit or sheet.unit_below(index)
+        if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')
         notes += weight_in_words(sheet, index, heading, reading) if fault is None else ()
+        notes += after_raw_counts(sheet, index, heading) if fault is None and quantity not in reading.units else ()
         if heading.unit and words(heading.unit) == heading.name:
             notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
         if heading.unit_doubt and fault is None:
@@ -173,6 +179,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         declared=sheet.declared_decimal,
         asked=reading.decimal,
         delimiter=sheet.delimiter,
+        timed="," if any(map(_has_commas_of_its_language, sheet.columns)) else "",
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -400,6 +407,17 @@ def _with_a_way_out(faults: Sequence[Fault], chosen: Collection[str]) -> list[Fa
 def _but_time(choice: Choice | None) -> Choice | None:
     without = choice is not None and (choice.option, choice.key, choice.alternatives) == ("columns", "time", ("none",))
     return None if without else choice
+
+
+# A time of day with a decimal comma, but for that of milliseconds, which programs write in any language.
+_WITH_COMMA = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d(?::\d\d)?,(?:\d{1,2}|\d{4,})")
+_TIMES_SEEN = 50
+
+
+def _has_commas_of_its_language(cells: Sequence[str]) -> bool:
+    """Whether the first cells of a column are times of day with decimal commas, as a program writes all its numbers."""
+    there = [c.strip() for c in cells[:_TIMES_SEEN] if c.strip()]
+    return len(there) > 2 and all(map(_WITH_COMMA.fullmatch, there))
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:

@@ -105,7 +105,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         plain,
         below.units_line,
         below.units,
-        declared_units(text.lines[: header if listed is None else listed.first]),
+        {**_units_declared_below(text, header), **declared_units(text.lines[: header if listed is None else listed.first])},
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
@@ -119,6 +119,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         above = (*above, f"rows have a cell more than line {header + 1}, the first: their names, as R and pandas write them")
     elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
+    elif 2 * len(names) == len(split_line(text.lines[header], delimiter)):
+        above = (*above, f"in line {header + 1} the unit of each column stands in a cell of its own behind its name")
     decided = _lines_that_decide(sheet, reading)
     names_at = range(header, header + 1) if listed is None else range(listed.first, listed.last + 1)
     read = {*decided, sheet.units_line}
@@ -161,6 +163,15 @@ def _with_units_above(
             message = f'column "{name}" has the unit "{one}" above its name and "{other}" below it'
             raise InputError(Fault(message, text.path, line, index + 1, advice="Correct one of the two, or remove it"))
     return below, ()
+
+
+def _units_declared_below(text: LabText, header: int) -> Mapping[str, tuple[str, int]]:
+    """Units declared in comments that end a file, as `declared_units` has them."""
+    first = len(text.lines)
+    while first - 1 > header and (not text.lines[first - 1].strip() or is_comment(text.lines[first - 1])):
+        first -= 1
+    last = list(text.lines[first : first + _WORDS_BESIDE])
+    return {quantity: (unit, first + line) for quantity, (unit, line) in declared_units(last).items()}
 
 
 def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:

@@ -37,7 +37,7 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
     n_row = len(table.lines)
     seen = sorted({n for r in rows for n in range(max(r - _NEAR, 0), min(r + _NEAR + 1, n_row))})
     place = {r: k for k, r in enumerate(seen)}
-    values = {i: _values([table.columns[i][r].strip() for r in seen], sheet.declared_decimal) for i in headings}
+    values = {i: values_of([table.columns[i][r].strip() for r in seen], sheet.declared_decimal) for i in headings}
     times = [values[i] for i, h in headings.items() if h.quantity == "time"]
     others = [values[i] for i, h in headings.items() if h.quantity != "time"]
 
@@ -71,7 +71,14 @@ def _runs(rows: Iterable[int]) -> list[list[int]]:
     return runs
 
 
-def _values(cells: Sequence[str], decimal: str) -> FloatArray:
+def values_of(cells: Sequence[str], decimal: str) -> FloatArray:
+    """Read cells as times of day if any is one, else as numbers, by the decimal mark that more of them have; NaN where none is.
+
+    Parameters
+    ----------
+    cells : of one column.
+    decimal : the decimal mark, "" if it is not known.
+    """
     if any(map(is_clock, cells)):
         return read_clock(cells).seconds
     tried = [np.array([_number(cell, mark) for cell in cells]) for mark in ([decimal] if decimal else [".", ","])]

@@ -145,6 +145,11 @@ def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], deli
         if max(of_words) >= max(2, len(cells) - 1) or sum(map(_is_reading, above)) > 1:
             return []
     units = tuple(map(_unit_alone, below)) if len(below) == len(cells) else ("",) * len(cells)
+    if sum(map(bool, units)) > 1 and all(unit or not cell for unit, cell in zip(units, below, strict=True)):
+        named = [
+            i for i, (cell, unit) in enumerate(zip(cells, units, strict=True)) if unit and understand(cell, unit) is not None
+        ]
+        return sorted({*named, *designated(tuple(cells), units)} or alone_in_unit(tuple(cells), units))
     return list(alone_in_unit(tuple(cells), units))
 
 
@@ -219,7 +224,9 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
     """The ways in which a line may be cut into header cells, given the lines below it."""
     if delimiter != " ":
         if delimiter in line:
-            yield _with_row_names(_whole_brackets(split_line(line, delimiter), delimiter, below), delimiter, below)
+            cells = split_line(line, delimiter)
+            paired = with_their_units(cells, delimiter, below)
+            yield paired or _with_row_names(_whole_brackets(cells, delimiter, below), delimiter, below)
         return
     for other in DELIMITERS[:-1]:
         # Names between commas, above rows between blanks.
@@ -248,6 +255,25 @@ def _are_as_wide(lines: Sequence[str], width: int, mark: str) -> bool:
     """Whether lines are rows of numbers between blanks, as many in each, without a mark that stands between the names."""
     rows = [line.split() for line in lines if line.strip()]
     return bool(rows) and not any(mark in line for line in lines) and all(len(r) == width and is_numeric(r[0]) for r in rows)
+
+
+def with_their_units(cells: Sequence[str], delimiter: str, below: Sequence[str]) -> list[str]:
+    """The names with the unit that stands in the cell behind each, where the rows have half as many cells; [] of any others.
+
+    Parameters
+    ----------
+    cells : of a header.
+    delimiter, below : between cells, and the lines below it.
+
+    >>> with_their_units(["Time", "s", "Force", "N"], ",", ["0.0,0.1", "0.1,0.2"])
+    ['Time (s)', 'Force (N)']
+    """
+    names, units = cells[::2], cells[1::2]
+    if len(names) != len(units) or len(names) < 2 or not all(names) or not all(map(is_unit_of_a_record, units)):
+        return []
+    rows = [row for row in (split_line(line, delimiter) for line in below if line.strip()) if row and is_numeric(row[0])]
+    fits = len(rows) > 1 and all(len(row) == len(names) for row in rows)
+    return [f"{name} ({unit})" for name, unit in zip(names, units, strict=True)] if fits else []
 
 
 def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import is_same_header
 from calib.lab.instruments.labtable import IntArray, Unread
-from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
+from calib.lab.instruments.numbers import is_error_of_spreadsheet, is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_cells import with_its_unit
 from calib.lab.instruments.vocabulary import understand
@@ -114,7 +114,8 @@ _COMMENT = re.compile(
 
 def is_comment(line: str) -> bool:
     """Whether a line is behind a mark of comments, "#", "%", "//" or "!"."""
-    return _COMMENT.match(line.lstrip().lstrip('"')) is not None
+    plain = line.lstrip().lstrip('"')
+    return _COMMENT.match(plain) is not None and not is_error_of_spreadsheet(re.split(r'[",;\t]', plain)[0].strip())
 
 
 def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:

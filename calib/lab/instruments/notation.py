@@ -126,7 +126,13 @@ _SMOOTH, _ROUGH = 0.35, 1.0
 
 
 def decide_notation(
-    columns: Sequence[Sequence[str]], names: Sequence[str], *, declared: str = "", asked: str = "", delimiter: str = ""
+    columns: Sequence[Sequence[str]],
+    names: Sequence[str],
+    *,
+    declared: str = "",
+    asked: str = "",
+    delimiter: str = "",
+    timed: str = "",
 ) -> Notation:
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
@@ -145,6 +151,7 @@ def decide_notation(
     declared : the decimal mark that the file itself states, "" if it states none.
     asked : the decimal mark where the file leaves it open, as the user says; "" if nobody does.
     delimiter : of the file: no program that writes decimal commas parts cells by commas.
+    timed : the decimal mark of its times of day, "" if they show none.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
@@ -187,7 +194,7 @@ def decide_notation(
     plain = [text for text in texts if "." not in text and "," not in text and _THOUSANDS.search(text)]
     for c, text in enumerate(texts):
         decimal, note, conflict, showing = _decimal(
-            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, large=bool(plain)
+            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, timed, large=bool(plain)
         )
         if conflict:
             several = len(showing) > 1
@@ -239,6 +246,7 @@ def _decimal(
     declared: str,
     asked: str,
     delimiter: str,
+    timed: str,
     *,
     large: bool,
 ) -> _Decision:
@@ -280,6 +288,8 @@ def _decimal(
         return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
     if large and not plain:
         return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
+    if mark == timed and not seen:
+        return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in the times of day", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
 

@@ -37,6 +37,11 @@ _MISSING = re.compile(
     r"#(?:div|/)/?0!|null|none|-|–|—|missing|no ?data|nicht bekannt|unknown",
     re.IGNORECASE,
 )
+# What a spreadsheet program writes for an error, in its language: "#BEZUG!", "#¿NOMBRE?", "#DEĞER!", "#N/D", and "Err:502".
+_ERROR = re.compile(
+    r"#[¡¿]?[^\W\d_][\w/.'’ ]{0,20}[!?]|#(?:N/[DBV]|Н/Д|I/T|YOK|PUUTTUU|HIÁNYZIK|NENÍ_K_DISPOZICI|NEDOSTUPNÝ|GETTING_DATA)|"
+    r"(?:ERR|ERROR|ERREUR|ERRORE|ERRO|FEHLER|FOUT|FEL|FEJL|FEIL|VIRHE|BŁĄD|CHYBA|HIBA|HATA|ОШИБКА|ПОМИЛКА) ?: ?5\d\d"
+)
 #: The exponent of a number, for patterns.
 EXPONENT = rf"[eE][{SIGNS}]?\d+"
 
@@ -104,8 +109,19 @@ def is_hidden(cell: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell is empty or says that nothing is there (nan, #N/A, nicht bekannt)."""
-    return _MISSING.fullmatch(cell.strip()) is not None
+    """Whether a cell is empty or says that nothing is there (nan, #N/A, nicht bekannt), or what a spreadsheet has for an error.
+
+    >>> [is_missing(cell) for cell in ("", "#N/A", "#BEZUG!", "#¡DIV/0!", "#ЗНАЧ!", "Err:502", "#Note!", "# N!", "0")]
+    [True, True, True, True, True, True, False, False, False]
+    """
+    return _MISSING.fullmatch(cell := cell.strip()) is not None or is_error_of_spreadsheet(cell)
+
+
+def is_error_of_spreadsheet(cell: str) -> bool:
+    """Whether a cell is what a spreadsheet program writes, in any of its languages, where a formula has no result."""
+    if cell[:1] == "#":
+        return cell == cell.upper() and _ERROR.fullmatch(cell) is not None
+    return cell[:1].isalpha() and cell[-1:].isdigit() and _ERROR.fullmatch(cell.upper()) is not None
 
 
 def parse_number(cell: str, decimal: str) -> float | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from calib.lab.instruments.brackets import factor_in, is_factor, no_record, says_sense, words_in
+from calib.lab.instruments.brackets import BALL, factor_in, is_factor, no_record, says_sense, words_in
 from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.lexicon import (
     BAD_ROW,
@@ -109,6 +109,9 @@ _OF_MEASURING = frozenset(
 )
 # How far an instrument reaches, or at which frequency it measures.
 _REACH = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg|mm|k?Hz|m?V)(?!\w)")
+_BALL = re.compile(BALL, re.IGNORECASE)
+# Of how many readings each is, and what was taken off.
+_SO_MANY = re.compile(r"n\s?=\s?\d{1,4}|(?:tared?|tara|tariert)\s?[:=]?\s?\d+(?:[.,]\d+)?\s?[^\W\d_]{0,3}", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]{2,}(?:-[^\W\d_]+)*\.?|[^\W\d_](?:-[^\W\d_]{2,})+")
 _MOST = 4
 _UNITS = {"time": "s", "displacement": "mm", "force": "N", "capacitance": "pF"}
@@ -149,9 +152,11 @@ def tells_how_measured(text: str, quantity: str) -> bool:
     ----------
     text, quantity : as of `may_be_passed_by`.
 
-    >>> [tells_how_measured(text, "force") for text in ("S-beam", "gemessen", "quux", "lateral")]
-    [True, True, False, False]
+    >>> [tells_how_measured(text, "force") for text in ("S-beam", "gemessen", "4 mm ball", "n=10", "quux", "lateral")]
+    [True, True, True, True, False, False]
     """
+    if _BALL.fullmatch(text.strip()) or _SO_MANY.fullmatch(text.strip()):
+        return True
     parts = " ".join(_REACH.sub(" ", text).split()).split()
     told = instrument_words(parts)
     known = all(

@@ -47,6 +47,8 @@ _FOUR_PARTS = re.compile(r"(?P<whole>(?:.*\D)?\d{1,2}:[0-5]\d:[0-5]\d):(?P<part>
 _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 # Minutes and seconds with a point between them, and the largest step of such that shows that they are.
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
+# A time of day as it is usually written.
+_WITH_COLONS = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?")
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
 
@@ -72,13 +74,16 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         return sheet
     columns, notes = list(sheet.columns), list(sheet.notes)
     headings = sheet.headings()
+    with_colons = [k for k, column in enumerate(columns) if _has_colons(column)]
     for index in range(min(len(sheet.names), len(columns))):
         heading = headings.get(index)
         is_time = heading is not None and heading.quantity == "time"
         if index in sheet.set_aside or not (is_time or heading is None):
             continue
         name = sheet.names[index] or f"column {index + 1}"
-        dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
+        # Beside a time of day with colons "12.03.24" is a date.
+        dated = not is_time and any(k != index for k in with_colons)
+        dotted = None if dated else _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
         if dotted is not None:
             first = next(c for c in columns[index] if c.strip()).strip()
             notes.append(f'"{name}": "{first}" is read as a time of day, {next(c for c in dotted if c)}')
@@ -191,6 +196,11 @@ def _goes_on(seconds: FloatArray, *, n_least: int = _FEWEST) -> bool:
         return False
     falls = np.count_nonzero((steps < 0) & (steps > -_DAY / 2))
     return bool(np.median(np.abs(steps)) <= _PACE and falls <= _FALLS * steps.size)
+
+
+def _has_colons(cells: Sequence[str]) -> bool:
+    first = next((c.strip() for c in cells if c.strip()), "")
+    return _WITH_COLONS.fullmatch(first) is not None
 
 
 def _rewritten(cells: Sequence[str], one: Callable[[str], str | None]) -> list[str] | None:

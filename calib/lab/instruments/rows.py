@@ -12,7 +12,7 @@ from operator import contains
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.blocks import OF_STRAY, SPECIMEN, block_table
+from calib.lab.instruments.blocks import OF_STRAY, SPECIMEN, block_table, require_no_other_rows
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.header import split_blanks, split_line
@@ -93,6 +93,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         f"{len(below)} row(s) at the end are left out: line {int(table.lines[r])}, {why}" for r, why in [*below.items()][:1]
     ]
     n_short = len(table.reasons)
+    require_no_other_rows(sheet, [int(table.lines[r]) - 1 for r in table.reasons], n_line - n_short)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     fewer = "fewer or more" if any(OF_STRAY in why for why in table.reasons.values()) else "fewer"
     short = [f"{n_short} row(s) with {fewer} cells than most are left out, the first in line {first}"] if n_short else []
@@ -215,6 +216,7 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | Non
         columns = [list(compress(column, kept)) for column in columns]
     places = np.cumsum(kept) - 1
     short = {int(places[i]): why for i, why in short_rows(lengths, len(lines), len(columns)).items() if kept[i]}
+    require_no_other_rows(sheet, text_below, len(lines))
     below = not_read(sheet, text_below, "text below the rows")
     return Table(columns, start + 1 + np.flatnonzero(kept), left_out(sheet, text_below), below, short)
 

@@ -13,10 +13,15 @@ from calib.lab.instruments.vocabulary import understand
 _SIGNAL = re.compile(r"sig(?P<number>\d{1,2})[\t,;]\s*(?P<name>\S.*?)\s*", re.IGNORECASE)
 _START = "startofdata"
 _ABOVE = 400
+# Characters of a line that names a channel.
+_LONGEST_KEY = 200
 # Hioki writes what the user called a channel above its address: "Comment","Force", below it "Time","U1-1[N]".
 _COMMENT, _TIME = re.compile(r'"?comments?"?[,;\t]', re.IGNORECASE), re.compile(r"time\b.*", re.IGNORECASE)
 # Graphtec lists what the user called the channels, `"CH1","Disp"`, above a header with their addresses, `Number,ms,CH1,CH2`.
-_LISTED = re.compile(r"CH[ _-]?\d{1,3}", re.IGNORECASE)
+_CHANNEL = r"(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?\d{1,3}"
+_LISTED = re.compile(_CHANNEL, re.IGNORECASE)
+# A key to the channels, one a line, in comments or without: "# CH3 = Force [N]", "Channel 3: Force (N)".
+_KEY = re.compile(rf"[\s#%/;!\"]*(?P<channel>{_CHANNEL})\s*[=:]\s*(?P<name>[^\W\d].*?)[\s,;\"]*", re.IGNORECASE)
 # Igor writes "WAVES/D<tab>time, force" between "IGOR" and "BEGIN".
 _WAVES = re.compile(r"\s*WAVES(?:/[A-Z]+)*[\t ]+(?P<names>[^,\"]+(?:,[^,\"]+)+)", re.IGNORECASE)
 # What stands for the readings below a title, and between what was measured and over what it is drawn.
@@ -88,25 +93,39 @@ def with_channels_named(lines: Sequence[str]) -> list[str]:
 
     >>> with_channels_named(['"CH1","Disp"', '"CH2","Force"', "No,ms,CH1,CH2", "NO.,ms,mm,N", "1,0,0.0,0.1"])
     ['', '', 'No,ms,Disp,Force', 'NO.,ms,mm,N', '1,0,0.0,0.1']
+    >>> with_channels_named(["# CH1 = Time [s]", "# CH2 = Force [N]", "CH1;CH2", "0,0;0,1"])
+    ['', '', 'Time [s];Force [N]', '0,0;0,1']
     """
-    mark = next((mark for mark in ",;\t" if any(mark in line for line in lines[:_ABOVE])), ",")
+    return next((named for mark in ",;\t" if (named := _with_channels_named(lines, mark))), [])
+
+
+def _with_channels_named(lines: Sequence[str], mark: str) -> list[str]:
     named: dict[str, tuple[int, str]] = {}
+    keys: set[int] = set()
     for i, line in enumerate(lines[:_ABOVE]):
-        cells = _cells(line, mark)
+        key = _KEY.fullmatch(line) if len(line) < _LONGEST_KEY else None
+        cells = [key["channel"], key["name"]] if key is not None else _cells(line, mark)
         addresses = [cell for cell in cells if _LISTED.fullmatch(cell)]
-        if len(addresses) > 1 and set(addresses) <= named.keys():
-            names = [named[cell][1] if cell in named else cell for cell in cells]
-            known = sum(understand(named[cell][1]) is not None for cell in addresses)
+        if len(addresses) > 1 and {*map(_address, addresses)} <= named.keys():
+            of = [named.get(_address(cell), (i, "")) for cell in cells]
+            names = [name or cell for (_, name), cell in zip(of, cells, strict=True)]
+            known = sum(understand(name) is not None for _, name in of if name)
             if known < 2 or any(mark in name or '"' in name for name in names):
                 return []
             # A list of names alone looks like a header.
-            lists = {at for cell in addresses for at in [named[cell][0]] if lines[at].count(mark) == 1}
+            lists = {at for at, name in of if name and (at in keys or lines[at].count(mark) == 1)}
             return [*("" if k in lists else above for k, above in enumerate(lines[:i])), mark.join(names), *lines[i + 1 :]]
         if len(cells) < 2 or addresses != cells[:1] or not any(map(str.isalpha, cells[1])):
             continue
-        if named.setdefault(cells[0], (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
+        keys |= {i} if key is not None else set()
+        if named.setdefault(_address(cells[0]), (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
             return []  # two lists
     return []
+
+
+def _address(cell: str) -> str:
+    """A channel however it is written: "CH1", "Ch. 1", "ch_01"."""
+    return f"{cell.rstrip('0123456789').strip(' ._-').lower()} {int(re.sub('[^0-9]', '', cell) or -1)}"
 
 
 def with_titles_of_pairs(lines: Sequence[str]) -> list[str]:

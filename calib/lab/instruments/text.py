@@ -34,6 +34,18 @@ _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
+_CONTROL_BYTE = re.compile(b"[\x00-\x08\x0e-\x1f\x7f]")
+# The mark by which DOS ends a text, behind its last line, and again up to a full block.
+_LONGEST_END = 256
+_END_OF_DOS = re.compile(rb"(?<=[\r\n])\x1a[\x1a\r\n]*\Z")
+# Characters that nobody sees: marks of the order of bytes, where files were joined, blanks of no width, and ends of pages.
+_UNSEEN = (
+    ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
+    ("\u200b\u2060", re.compile("[\u200b\u2060]"), "a blank of no width"),
+    ("\f\v", re.compile("^[\f\v]+|[\f\v]+$", re.MULTILINE), "the end of a page (a form feed)"),
+)
+# Control characters of a text that is damaged, as so many and a share of it; other files have more.
+_FEW_CONTROLS, _SHARE_OF_CONTROLS = 10, 0.001
 # How a terminal is told to write in colour.
 _COLOURS = re.compile(r"\x1b\[[\d;]{0,12}[mK]")
 _LONGEST_LINE = 20_000
@@ -79,7 +91,7 @@ _NAMED_ELSEWHERE = (
         'channels are named by the line "Comment" above their addresses and units',
     ),
     (
-        re.compile(r'^"?CH[ _-]?1"?[,;\t]', re.IGNORECASE | re.MULTILINE),
+        re.compile(r'^[#%/;! \t"]*(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?0*[12]"? *[,;\t=:]', re.I | re.MULTILINE),
         with_channels_named,
         "channels are named by the list of them above the header",
     ),
@@ -161,9 +173,12 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
     if not data.strip(b"\r\n\t ,;\x00\xef\xbb\xbf\xff\xfe"):
         raise InputError(Fault("the file is empty", path, advice="Export it again from the instrument's software"))
-    encoding, text = _decode(path, data)
+    whole = _END_OF_DOS.sub(b"", data) if b"\x1a" in data[-_LONGEST_END:] else data
+    encoding, text = _decode(path, whole)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text, unseen = _without_the_unseen(text)
+    unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
     if any(blank in text for blank in _HARD_BLANKS):
@@ -177,7 +192,21 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
-    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=(*digits, *notes))
+    notes = (*unseen, *digits, *notes)
+    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
+
+
+def _without_the_unseen(text: str) -> tuple[str, tuple[str, ...]]:
+    """The text without characters that nobody sees, where they change no cell, and a note: marks of bytes, ends of pages."""
+    notes = []
+    for characters, pattern, what in _UNSEEN:
+        found = pattern.search(text) if any(c in text for c in characters) else None
+        if found is not None:
+            line = text.count("\n", 0, found.start()) + 1
+            text, n = pattern.subn("", text)
+            where = f"line {line}" if n == 1 else f"{n} places, the first in line {line},"
+            notes.append(f"{what} in {where} is left out, which nobody sees")
+    return text, tuple(notes)
 
 
 def _without_marks(text: str) -> str:
@@ -316,6 +345,11 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
         message = "the file is not text: zero bytes, as a power cut leaves them, stand in this line"
         advice = f"Cut them off if nothing else is lost. {_EXPORT}"
         raise InputError(Fault(message, path, data.count(b"\n", 0, zero) + 1, advice=advice))
+    found = [m.start() for m in islice(_CONTROL_BYTE.finditer(data), int(_FEW_CONTROLS + _SHARE_OF_CONTROLS * len(data)) + 1)]
+    if zero < 0 and 0 < len(found) <= _FEW_CONTROLS + _SHARE_OF_CONTROLS * len(data):
+        message = f"the file is not text: a character that nobody sees (0x{data[found[0]]:02X}) stands in this line"
+        advice = f"Remove it if it means nothing. {_EXPORT}"
+        raise InputError(Fault(message, path, data.count(b"\n", 0, found[0]) + 1, advice=advice))
     raise InputError(Fault("the file is not text", path, advice=_EXPORT))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 
@@ -24,8 +25,8 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
     """The columns that are a record by what the others are: index -> heading, of quantities that no other column is.
 
     A mean is one where it and its deviation, it between the smallest and the largest reading, or means of several quantities
-    and nothing else, stand in each row, or where it says of how many readings; "actual (mm)" is one where another column in
-    such a unit was commanded; "secs" is the time beside "nsecs".
+    and nothing else, stand in each row, where it says of how many readings, or alone beside a time and another reading;
+    "actual (mm)" is one where another column in such a unit was commanded; "secs" is the time beside "nsecs".
 
     Parameters
     ----------
@@ -49,6 +50,7 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
     between = {*least.values()} & {*most.values()}
     others = [i for i in others if (least | most).get(i) not in between]
     spreads |= between
+    means = Counter(mean.quantity for mean in found.values())
     found = {
         i: h
         for i, h in found.items()
@@ -56,9 +58,15 @@ def understood_together(names: tuple[str, ...], below: tuple[str, ...]) -> dict[
         and (
             h.quantity in spreads
             or is_mean_of_readings(names[i])
-            or (not others and len({mean.quantity for mean in found.values()}) > 1)
+            or (not others and len(means) > 1)
+            or ("time" in known and (known | means.keys()) & ({*_QUANTITIES} - {h.quantity}) and means[h.quantity] == 1)
         )
-        and not any((other := records[k]) is not None and other.quantity == h.quantity for k in others)
+        and not any(
+            (other := records[k]) is not None
+            and other.quantity == h.quantity
+            and not (h.quantity in spreads and (_has_word(names[k], LEAST) or _has_word(names[k], MOST)))
+            for k in others
+        )
     }
     for quantity in ("displacement", "force"):
         measured = [i for i, (name, unit) in enumerate(columns) if _is_measured(name, unit, quantity)]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.contrary import unit_against
+from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.numbers import is_missing, is_numeric, parse_number
+from calib.lab.instruments.rivals import readings
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import (
     IN_PLACE_OF,
@@ -76,7 +79,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
         return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
-    if factor is not None:
+    if factor is not None and not after_raw_counts(sheet, index, heading):
         line = factor[1]
         return fault(
             f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
@@ -116,7 +119,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
             f"Correct one of the two, or say which is right: {listed}",
         )
-    contrary = words_against(sheet, quantity, factors[0])
+    contrary = words_against(sheet, index, quantity, factors[0])
     if contrary is not None:
         words, line, unit = contrary
         which = Choice("units", tuple(u for u in (unit, said[0]) if is_unit_of(u, quantity)), shown)
@@ -137,19 +140,61 @@ def _counted_unit(name: str, quantity: str) -> str:
     return ""
 
 
-def words_against(sheet: Sheet, quantity: str, factor: float) -> tuple[str, int, str] | None:
+def words_against(sheet: Sheet, index: int, quantity: str, factor: float) -> tuple[str, int, str] | None:
     """The words beside a record by which a quantity has another unit than that by which it is read, their line, and that unit.
 
     Parameters
     ----------
     sheet : the record.
-    quantity, factor : what is read, and by which factor it becomes SI.
+    index, quantity, factor : which of its columns, what is read from it, and by which factor it becomes SI.
     """
+    against = _against(sheet, quantity, factor)
+    return next((found for found in against if not _is_of_results(sheet, found[1], index, quantity, factor)), None)
+
+
+def results_in_own_units(sheet: Sheet, index: int, quantity: str, factor: float) -> tuple[str, ...]:
+    """The note on names of a table of results beside a record that have another unit than the record, that of the results.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, quantity, factor : which of its columns, what is read from it, and by which factor it becomes SI.
+    """
+    against = _against(sheet, quantity, factor)
+    found = next((f for f in against if _is_of_results(sheet, f[1], index, quantity, factor)), None)
+    return () if found is None else (f'"{found[0]}" in line {found[1]} are results, in units of their own ({found[2]})',)
+
+
+def _against(sheet: Sheet, quantity: str, factor: float) -> Iterator[tuple[str, int, str]]:
     for line, words in sheet.beside:
         unit = unit_against(words, quantity, factor)
         if unit:
-            return " ".join(words.split()).strip(" ,;")[:80], line, unit
-    return None
+            yield " ".join(words.split()).strip(" ,;")[:80], line, unit
+
+
+# A result of a column is no larger than its largest reading by more than this, and no smaller than this share of it.
+_LARGEST_RESULT, _SMALLEST_RESULT = 1.1, 0.01
+
+
+def _is_of_results(sheet: Sheet, line: int, index: int, quantity: str, factor: float) -> bool:
+    """Whether a line names results that stand in the next one, and these are, in their own unit, within the readings."""
+    lines = sheet.text.lines
+    below = next((text for text in lines[line : line + 2] if text.strip()), "")
+    names, results = (split_line(text, sheet.delimiter) for text in (lines[line - 1] if line > 0 else "", below))
+    if len(names) != len(results) or len(names) < 2 or any(c and not is_numeric(c) for c in results[1:]):
+        return False
+    largest = float(np.nanmax(np.abs(readings([sheet.columns[index]], [factor], sheet.declared_decimal)[0]), initial=0.0))
+    shown = False
+    for name, cell in zip(names, results, strict=True):
+        unit = next((u for u in re.findall(r"[(\[]([^()\[\]]+)[)\]]", name) if is_unit_of(u, quantity)), "")
+        if not unit or np.isclose(lab_factor(unit, quantity), factor, rtol=1e-9):
+            continue
+        values = [parse_number(cell, mark) for mark in ([sheet.declared_decimal] if sheet.declared_decimal else [".", ","])]
+        in_si = [abs(v) * lab_factor(unit, quantity) for v in values if v is not None]
+        if not any(_SMALLEST_RESULT * largest <= v <= _LARGEST_RESULT * largest for v in in_si):
+            return False
+        shown = True
+    return shown
 
 
 def units_to_say(quantity: str) -> str:
@@ -266,6 +311,44 @@ def _factor_beside(sheet: Sheet, quantity: str) -> tuple[str, int] | None:
     shown = IN_PLACE_OF.get(quantity, quantity)
     of_any = sheet.declared_factors.get("") if shown in ("force", "capacitance") else None
     return sheet.declared_factors.get(shown, of_any)
+
+
+# How far from its zero a converter of 24 bits stands when a tare is taken, in whole counts, or the converter itself.
+_IN_COUNTS = re.compile(
+    r"(?<![^\W_])(?:offset|tare|tara|zero)(?![^\W_])[\s:=]*-?\d{4,}(?![.,]?\d)|hx ?71\d|ads12\d\d|nau7802|cs1237", re.IGNORECASE
+)
+_SCALE_OF_COUNTS = re.compile(
+    r"(?<![^\W_])(?:scale|calibration|cal)[\s_-]*(?:factor)?[\s:=]*-?(?!10+(?![\d.,]))(?P<number>[2-9]\d|\d{3,})", re.IGNORECASE
+)
+# Lines beside the one with the factor that may name the converter.
+_LINES_BESIDE = 3
+
+
+def after_raw_counts(sheet: Sheet, index: int, heading: Heading) -> tuple[str, ...]:
+    """The note on a factor beside the table that can only be one by which raw counts were divided; () of any other, or none.
+
+    So is the scale of a converter whose offset stands beside it in whole counts, or that is named there, where the column has a
+    unit of force and its readings have decimals, which counts have not.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    """
+    factor = _factor_beside(sheet, heading.quantity) if heading.quantity == "force" else None
+    unit = written_unit(sheet, index, heading)
+    if factor is None or not unit or not is_unit_of(unit, "force"):
+        return ()
+    at = factor[1] - 1
+    beside = sheet.text.lines[max(at - _LINES_BESIDE, 0) : at + 1 + _LINES_BESIDE]
+    decimals = sum("." in cell or "," in cell for cell in sheet.columns[index][:_SEEN])
+    counts = any(map(_IN_COUNTS.search, beside)) and _SCALE_OF_COUNTS.search(sheet.text.lines[at])
+    if not counts or 2 * decimals < min(len(sheet.columns[index]), _SEEN):
+        return ()
+    return (
+        f'"{factor[0]}" in line {factor[1]} is taken for what the raw counts of a converter were divided by: '
+        f'"{sheet.names[index]}" is in {unit}, and its readings have decimals, as counts have not',
+    )
 
 
 def unit_in_words(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> str:

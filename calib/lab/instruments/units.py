@@ -228,6 +228,8 @@ _POWER = re.compile(
     r"1/1(?P<zeros>0{1,6}))"
     r"(?:[ *·] ?(?P<unit>.+))?"
 )
+# The same behind a unit, as a product of both: "N·10⁻³".
+_POWER_BEHIND = re.compile(r"(?P<unit>[^\W\d_]+) ?[·\u22c5] ?10(?:\^|\*\*)?(?P<power>[+-]\d{1,2})")
 # Any factor, which the user may give.
 _TIMES = re.compile(r"(?:[x×*]\s?)?(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)\s?(?P<unit>\D.*)?")
 _SHARES = {"%": 1e-2, "‰": 1e-3, "ppm": 1e-6}
@@ -238,7 +240,7 @@ def lab_factor(unit: str, quantity: str) -> float:
 
     Parameters
     ----------
-    unit : as written; a power of ten may stand before it, as in "10^-3 N".
+    unit : as written; a power of ten may stand before it, as in "10^-3 N", or behind a point, as in "N·10⁻³".
     quantity : one of `SI_UNIT`.
 
     >>> lab_factor("kN", "force"), lab_factor("μm", "displacement"), lab_factor("%", "dissipation")
@@ -257,6 +259,9 @@ def lab_factor(unit: str, quantity: str) -> float:
     asked = _asked(tidy, si)
     if asked is not None:
         return unit_factor(asked, si)
+    behind = _POWER_BEHIND.fullmatch(tidy.replace("\u2212", "-"))
+    if behind is not None and si:
+        return float(Decimal(repr(lab_factor(behind["unit"], quantity))).scaleb(int(behind["power"])))
     power = _POWER.fullmatch(tidy.replace("\u2212", "-"))
     if power is not None and (not si or power["unit"]):
         exponent = -len(power["zeros"]) if power["zeros"] else int(power["ten"] or power["up"] or power["e"])

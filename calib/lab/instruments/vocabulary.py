@@ -234,7 +234,7 @@ def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
     cut = without_brackets(tidy(cell))
     if cut is None:
         return None
-    units = [b for b in cut[1] if looks_like_unit(b)]
+    units = [part for b in cut[1] for part in parted(b) if looks_like_unit(part)]
     outside = re.sub(r"/([^\W\d_]+)$", lambda of: "" if no_record(of[1]) else of[0], cut[0])
     name = " ".join(part for part in re.split(r"[\s_]+", outside) if not no_record(part))
     found = understand(f"{name} ({units[-1]})" if units and not unit_below else name, unit_below)
@@ -255,8 +255,8 @@ def as_a_mean(cell: str, unit_below: str = "") -> Heading | None:
 
     >>> as_a_mean("force mean (N)").quantity, as_a_mean("force max (N)"), as_a_mean("mean of max force (N)")
     ('force', None, None)
-    >>> as_a_mean("Cp mean of 8 (pF)").quantity
-    'capacitance'
+    >>> as_a_mean("Cp mean of 8 (pF)").quantity, as_a_mean("Force (N, avg of 10)").unit
+    ('capacitance', 'N')
     """
     if not any(character.isalpha() for character in cell):
         return None

@@ -250,6 +250,32 @@ def test_lists_of_settings_or_two_lists_that_differ_name_no_channel(tmp_path: Pa
         assert not any("the list of them" in note for note in notes)
 
 
+@pytest.mark.parametrize("form", ["# {} = {}", "{}: {}", "% {}: {}", "// {}={}", '"{}: {}"'])
+@pytest.mark.parametrize("channel", ["CH{}", "Channel {}", "Ch. {}", "Kanal {}"])
+@pytest.mark.parametrize("marked", [True, False])
+def test_a_key_to_the_channels_one_a_line_names_them(tmp_path: Path, form: str, channel: str, *, marked: bool) -> None:
+    names = ["Time [s]", "Displacement [mm]", "Force [N]"]
+    keys = [form.format(channel.format(k), name) for k, name in enumerate(names, 1)]
+    above = ["# Rig: bench 2, program 3"] if marked else []
+    table = read(tmp_path, [*above, *keys, ",".join(channel.format(k) for k in (1, 2, 3))], [T, D, F])
+    assert_right(table)
+    assert any("the list of them above the header" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ["CH1 = Time [s]", "CH2 = Displacement [mm]"],
+        ["CH1 = Time [s]", "CH2 = Displacement [mm]", "CH3 = Force [N]", "CH3 = Load [kN]"],
+        ["CH1: DC, 5 V", "CH2: DC, 5 V", "CH3: DC, 10 V"],
+        ["CH1 = Time [s]", "CH2 = Displacement [mm]", "CH3 = Force [N] x10"],
+    ],
+)
+def test_a_key_that_lacks_a_channel_or_names_it_twice_or_with_a_factor_names_no_force(tmp_path: Path, keys: list[str]) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, [*keys, "CH1,CH2,CH3"], [T, D, F])
+
+
 # --- names ---------------------------------------------------------------------------------------------------------------
 
 

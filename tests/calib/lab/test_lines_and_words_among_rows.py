@@ -1,5 +1,6 @@
 """Lines and words among the rows that every program writes: passed over with a note, unless another record may begin there."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,21 @@ N = 100
 WAY = np.round(np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(0.98, 0.0, N // 2)]), 4)
 
 
-def read(tmp_path: Path, line: str, *, mark: str = "") -> LabTable:
-    rows = [f"{0.1 * k:.1f},{x:.4f},{4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate(WAY)]
-    rows[N // 2 : N // 2] = line.split("|")
+def as_it_is(row: list[float], _: int) -> list[float]:
+    return row
+
+
+def read(
+    tmp_path: Path,
+    line: str,
+    *,
+    mark: str = "",
+    at: int = N // 2,
+    changed: Callable[[list[float], int], list[float]] = as_it_is,
+) -> LabTable:
+    readings = [changed([0.1 * k, x, 4 * max(x - 0.15, 0.0) ** 1.5], k) for k, x in enumerate(WAY.tolist())]
+    rows = [f"{t:.1f},{x:.4f},{force:.4f}" for t, x, force in readings]
+    rows[at:at] = line.split("|")
     path = tmp_path / "lab.csv"
     path.write_text("\n".join([f"{mark}Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
     return read_lab_file(path)
@@ -105,3 +118,101 @@ def test_a_mark_is_open_where_no_number_is_above_a_thousand(tmp_path: Path) -> N
     path.write_text("\n".join(few) + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="the decimal mark cannot be told"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "*** Marker 1: touch (operator KL) ***",
+        "Marker: touch",
+        "Pause 5 s",
+        "Operator note: door closed",
+        "10:22:13 contact detected",
+        "Event,touch,",
+        "接触",
+        "*** pause: operator adjusted camera ***",
+    ],
+)
+def test_words_across_which_clock_and_press_run_on_are_a_remark(tmp_path: Path, line: str) -> None:
+    table = read(tmp_path, line, at=30)
+    assert len(table.reasons) == N
+    assert not any(table.reasons)
+    assert any(f'"{line}" in line 32 is taken for a remark' in note for note in table.notes)
+    assert any(u.what == "line 32" for u in table.unread)
+
+
+@pytest.mark.parametrize(
+    "line", ["Run 2", "specimen B", "=====", "range 2", "tare", "(s),(mm),(N)", "kN", "pad swapped", "Kugel gewechselt"]
+)
+def test_words_of_a_run_a_unit_or_a_zero_are_no_remark_for_all_that_the_press_runs_on(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InputError, match="stands among the rows"):
+        read(tmp_path, line, at=30)
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+@pytest.mark.parametrize("at", [10, 30, 70])
+def test_words_where_clock_or_readings_leap_are_refused(tmp_path: Path, k: int, at: int) -> None:
+    def leap(row: list[float], place: int) -> list[float]:
+        return [v + (place >= at) * (i == k) * (5.0, 0.3, 1.0)[k] for i, v in enumerate(row)]
+
+    with pytest.raises(InputError, match='"Marker: touch" stands among the rows'):
+        read(tmp_path, "Marker: touch", at=at, changed=leap)
+
+
+def test_words_where_the_ball_rests_out_of_contact_are_refused_as_another_may_be_there(tmp_path: Path) -> None:
+    def rests(row: list[float], place: int) -> list[float]:
+        return [row[0], 0.0, 0.0] if place < 12 else row
+
+    with pytest.raises(InputError, match='"Marker: ball" stands among the rows'):
+        read(tmp_path, "Marker: ball", at=6, changed=rests)
+
+
+@pytest.mark.parametrize("delimiter", ["\t", ";", "|", " "])
+@pytest.mark.parametrize("at", [15, 60, N - 12])
+def test_rows_of_numbers_between_another_delimiter_are_no_text(tmp_path: Path, delimiter: str, at: int) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{0.1 * k:.1f},{x:.4f},{4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate(WAY)]
+    rows[at:] = [row.replace(",", delimiter) for row in rows[at:]]
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="parted otherwise") as error:
+        read_lab_file(path)
+    assert error.value.faults[0].line == at + 2
+
+
+ERRORS = (
+    *(
+        "#REF!",
+        "#NAME?",
+        "#NUM!",
+        "#NULL!",
+        "#SPILL!",
+        "#CALC!",
+        "Err:502",
+        "#BEZUG!",
+        "#ZAHL!",
+        "Fehler:502",
+        "#NOMBRE?",
+        "#NOM?",
+    ),
+    *("#¡DIV/0!", "#¡VALOR!", "#¿NOMBRE?", "#VALORE!", "#RIF!", "#ARG!", "#LICZBA!", "#DZIEL/0!", "#VÄRDEFEL!", "#DIVISION/0!"),
+    *("#ЗНАЧ!", "#ДЕЛ/0!", "#Н/Д", "#DEĞER!", "#SAYI/0!", "#YOK", "#DEEL/0!", "#WAARDE!", "#N/D", "#N/D!", "#N/B", "#ÉRTÉK!"),
+)
+
+
+@pytest.mark.parametrize("cell", ERRORS)
+@pytest.mark.parametrize("k", [0, 2])
+def test_an_error_of_a_spreadsheet_in_any_language_leaves_out_its_row(tmp_path: Path, cell: str, k: int) -> None:
+    rows = [[f"{0.1 * i:.1f}", f"{x:.4f}", f"{4 * max(x - 0.15, 0.0) ** 1.5:.4f}"] for i, x in enumerate(WAY)]
+    for at in (20, 60):
+        rows[at][k] = cell
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s);Displacement (mm);Force (N)", *map(";".join, rows)]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    column = table.columns[("time", "displacement", "force")[k]]
+    assert np.flatnonzero(~np.isfinite(column)).tolist() == [20, 60]
+    assert len(column) == N
+
+
+@pytest.mark.parametrize("cell", ["#Note!", "# N!", "#1!", "#12", "REF!", "Err: 12", "#weiter", "check!"])
+def test_other_words_behind_a_hash_are_no_error_of_a_spreadsheet(cell: str) -> None:
+    assert not is_missing(cell)

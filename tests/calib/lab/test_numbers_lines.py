@@ -203,4 +203,40 @@ def test_a_first_row_of_maxima_is_none_of_the_record(tmp_path: Path) -> None:
 
 def test_the_programs_words_for_a_spreadsheets_error_are_no_comments(tmp_path: Path) -> None:
     rows = [("#REF!", *row[1:]) if i == 7 else row for i, row in enumerate(ROWS)]
-    assert '"#REF!"' in refusal(lab_file(tmp_path, ",".join(HEAD), *joined(rows)))
+    table = read_lab_file(lab_file(tmp_path, ",".join(HEAD), *joined(rows)))
+    assert len(table.reasons) == len(ROWS)
+    assert [r for r, reason in enumerate(table.reasons) if reason] == [7]
+
+
+UNSEEN = {"\ufeff": "a byte order mark", "\f": "the end of a page", "\u200b": "a blank of no width"}
+
+
+@pytest.mark.parametrize("character", UNSEEN)
+def test_a_character_that_nobody_sees_is_left_out_with_a_note(tmp_path: Path, character: str) -> None:
+    rows = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.03 * i:.4f}" for i in range(60)]
+    rows[30] = character + rows[30]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert not any(table.reasons)
+    assert any(f"{UNSEEN[character]}" in note and "line 32" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("end", [b"\x1a", b"\x1a\x1a\r\n", b"\x1a" * 60])
+def test_the_mark_that_ends_a_file_of_dos_is_left_out_with_a_note(tmp_path: Path, end: bytes) -> None:
+    rows = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.03 * i:.4f}" for i in range(60)]
+    path = tmp_path / "lab.csv"
+    path.write_bytes("\r\n".join(["Time (s),Displacement (mm),Force (N)", *rows, ""]).encode() + end)
+    table = read_lab_file(path)
+    assert not any(table.reasons)
+    assert any("0x1A" in note for note in table.notes)
+
+
+def test_a_control_character_within_a_row_is_named_with_its_line(tmp_path: Path) -> None:
+    rows = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.03 * i:.4f}" for i in range(60)]
+    rows[30] = rows[30].replace(",", ",\x07", 1)
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="0x07") as error:
+        read_lab_file(path)
+    assert error.value.faults[0].line == 32

@@ -317,3 +317,19 @@ def test_nines_for_no_reading_leave_the_decimal_mark_that_other_columns_show(tmp
 def test_other_whole_numbers_leave_it_in_doubt(tmp_path: Path, whole: list[str]) -> None:
     cells = [*CAP[:-3], *(whole * 3)[:3]]
     assert "may set thousands apart" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, cells))
+
+
+def test_times_of_day_with_a_decimal_comma_show_that_of_the_numbers(tmp_path: Path) -> None:
+    clock = [f"23:59:{40 + i * 24 // 100}.{i * 24 % 100:02d}" for i in range(N)]
+    path = written(tmp_path, "Datum;Uhrzeit;Cp (pF)", ["12.03.24"] * N, comma(clock), comma(CAP))
+    table = read_lab_file(path)
+    assert capacitance(table) == [float(c) for c in CAP]
+    assert any("as it is in the times of day" in note for note in table.notes)
+    assert not any("is read as a time of day" in note for note in table.notes)  # the date
+
+
+@pytest.mark.parametrize("mark", [",", "."])
+def test_milliseconds_behind_a_comma_or_a_point_show_no_mark(tmp_path: Path, mark: str) -> None:
+    clock = [f"23:59:{40 + i * 24 // 100}{mark}{i * 240 % 1000:03d}" for i in range(N)]
+    path = written(tmp_path, "Uhrzeit;Cp (pF)", clock, comma(CAP))
+    assert "the decimal mark cannot be told" in refusal(path)

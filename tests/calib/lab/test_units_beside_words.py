@@ -480,3 +480,104 @@ def test_another_word_beside_a_reach_that_changes_the_readings_does_not(cell: st
 
 def test_the_mark_of_a_footnote_behind_a_unit_is_passed_by(tmp_path: Path) -> None:
     assert_press(read(tmp_path, ["Time (s),Displacement (mm),Force (N)*", *rows(*PRESS)]))
+
+
+# ------------------------------------------------------------------------------- words beside a table that are not of it
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("N", 1.0), ("mN", 1e-3)])
+@pytest.mark.parametrize("named", ["Maximum Compressive load ({})", "Maximum Compressive force [{}]"])
+def test_a_table_of_results_above_has_units_of_its_own(tmp_path: Path, named: str, unit: str, factor: float) -> None:
+    results = ["Results", f'"","{named.format(unit)}","Extension at maximum (mm)"', f'"1",{FORCE.max() / factor:.4f},0.79', ""]
+    raw = ["Time,Extension,Load", "(s),(mm),(kN)", *rows(TIME, DEPTH, FORCE / 1000)]
+    table = read(tmp_path, [*results, *raw])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=0.06)
+    assert any("are results, in units of their own" in note for note in table.notes)
+
+
+def test_results_that_are_none_of_the_readings_contradict_their_unit(tmp_path: Path) -> None:
+    results = ["Results", '"","Maximum Compressive load (N)","Extension at maximum (mm)"', f'"1",{FORCE.max():.4f},0.79', ""]
+    assert "says that the unit" in refusal(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(*PRESS)])
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Tare done, offset -83422, scale 412.7", "offset=123456 scale: 2280", "Tare: 84512; scale -7050.0"],
+)
+@pytest.mark.parametrize("unit", ["g", "N"])
+def test_what_the_counts_of_a_converter_are_divided_by_is_no_factor_of_readings_in_a_unit(
+    tmp_path: Path, line: str, unit: str
+) -> None:
+    table = read(tmp_path, ["HX711 init...", line, f"t_ms,pos_mm,load_{unit}", *rows(1000 * TIME, DEPTH, FORCE)])
+    np.testing.assert_allclose(table.columns["force"], FORCE * (9.80665e-3 if unit == "g" else 1.0), rtol=1e-12)
+    assert any("what the raw counts of a converter were divided by" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("line", ["Load scale 10", "offset 0.2, scale 412.7", "Tare done, offset -83422, scale 10"])
+def test_another_scale_is_a_factor(tmp_path: Path, line: str) -> None:
+    assert "states a factor" in refusal(tmp_path, ["ready", line, "t_ms,pos_mm,load_g", *rows(1000 * TIME, DEPTH, FORCE)])
+
+
+def test_readings_without_decimals_may_be_the_counts(tmp_path: Path) -> None:
+    whole = [f"{1000 * t:.0f},{d:.3f},{1e4 * f:.0f}" for t, d, f in zip(*PRESS, strict=True)]
+    said = refusal(tmp_path, ["ready", "Tare done, offset -83422, scale 412.7", "t_ms,pos_mm,load_g", *whole])
+    assert "states a factor" in said
+
+
+@pytest.mark.parametrize("time", ["Time  1 - default sample rate", "Zeit  1 - Standard-Messrate"])
+def test_names_that_are_understood_by_the_units_below_them_are_a_header(tmp_path: Path, time: str) -> None:
+    names = [f"{time},MX440A_CH1_Force,MX440A_CH2_Displacement", "s,N,mm"]
+    table = read(tmp_path, ["T0=12.03.2024 14:11:05", *names, *rows(TIME, FORCE, DEPTH)])
+    assert_press(table)
+
+
+@pytest.mark.parametrize("name", ["C0 [pF]", "C0 (pF)"])
+def test_a_capacitance_c0_that_moves_is_a_channel_and_one_that_rests_or_drifts_is_not(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, CAPACITANCE / 47, CAPACITANCE)])
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, rtol=1e-12)
+    assert any("it is not the capacitance at rest" in note for note in table.notes)
+    noise = np.round(97.3 + 0.01 * np.sin(7.3 * np.arange(N) ** 1.3), 4)
+    for still in (np.full(N, 97.3), noise):
+        assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),C0/Cref,{name}", *rows(TIME, still / 47, still)])
+    there_and_back = np.concatenate([DEPTH[: N // 2], DEPTH[: N // 2][::-1]])
+    drift = np.round(97.3 + 0.4 * TIME / TIME[-1], 4)
+    assert "capacitance at rest" in refusal(tmp_path, [f"Time (s),Extension (mm),{name}", *rows(TIME, there_and_back, drift)])
+
+
+def test_units_in_cells_of_their_own_behind_the_names_are_theirs_where_rows_have_half_as_many(tmp_path: Path) -> None:
+    table = read(tmp_path, ["Time, s,Extension, mm,Load, N", *rows(*PRESS)])
+    assert_press(table)
+    assert any("the unit of each column stands in a cell of its own" in note for note in table.notes)
+    for names in ("Time, s,Extension, mm,Load", "Time, s,Extension, mm,Load, left"):
+        assert refusal(tmp_path, [names, *rows(*PRESS)])
+
+
+@pytest.mark.parametrize("line", ["# units: time s; disp um; force mN", "# Units: s, um, mN"])
+def test_units_declared_in_a_comment_that_ends_the_file_are_those_of_the_columns(tmp_path: Path, line: str) -> None:
+    table = read(tmp_path, ["time,disp,force", *rows(TIME, 1e3 * DEPTH, 1e3 * FORCE), line])
+    assert_press(table)
+    assert any(f"line {N + 2} says the unit of time (s)" in note for note in table.notes)
+
+
+def test_units_that_end_the_file_and_contradict_those_of_the_names_are_asked_about(tmp_path: Path) -> None:
+    said = refusal(tmp_path, ["Time (s),Disp (mm),Force (N)", *rows(*PRESS), "# units: time s; disp mm; force mN"])
+    assert "mN" in said
+
+
+@pytest.mark.parametrize("unit", ["N·10⁻³", "N·10^-3", "N ⋅ 10⁻³"])
+def test_a_power_of_ten_behind_a_unit_and_a_point_is_one_unit_with_it(tmp_path: Path, unit: str) -> None:
+    table = read(tmp_path, [f"Time (s),Extension (mm),Load ({unit})", *rows(TIME, DEPTH, 1e3 * FORCE)])
+    assert_press(table)
+    assert any("is read as numbers of" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("unit", ["N·m", "N·10", "N·10^3", "N x 10^-3"])
+def test_another_product_behind_a_unit_is_none(tmp_path: Path, unit: str) -> None:
+    assert refusal(tmp_path, [f"Time (s),Extension (mm),Load ({unit})", *rows(*PRESS)])
+
+
+@pytest.mark.parametrize("tare", ["tare 0.35 N", "tara = 0.35 N", ", tara 0,35"])
+def test_what_was_taken_off_is_passed_by_in_the_name_of_a_force(tmp_path: Path, tare: str) -> None:
+    table = read(tmp_path, [f'Time (s),Extension (mm),"Load (N) {tare}"', *rows(*PRESS)])
+    assert_press(table)
+    assert any("is passed by" in note for note in table.notes)
