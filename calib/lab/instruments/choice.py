@@ -287,9 +287,6 @@ def _runs_through(values: FloatArray) -> bool:
     return span > max(_OVER_NOISE * noise, _CHANGE * float(np.median(np.abs(there))))
 
 
-_FEWEST_RUNNING = 10
-
-
 def _shown(sheet: Sheet, index: int) -> str:
     return sheet.names[index] or f"column {index + 1}"
 
