@@ -392,10 +392,12 @@ def _holds_its_peak(v: FloatArray, place: FloatArray, rows: IntArray) -> bool:
     steps = np.diff(v)
     if not place.size or not (np.all(steps >= 0) or np.all(steps <= 0)) or np.count_nonzero(steps) < _FEWEST // 2:
         return False
-    there = place[rows]
-    behind = there[int(np.flatnonzero(steps)[-1]) + 1 :]
-    behind, there = behind[np.isfinite(behind)], there[np.isfinite(there)]
-    return behind.size >= _RUN and abs(float(behind[-1] - behind[0])) > _BACK * float(np.ptp(there))
+    there, last = place[rows], int(np.flatnonzero(steps)[-1])
+    before, behind = (part[np.isfinite(part)] for part in (there[: last + 1], there[last + 1 :]))
+    if before.size < 2 or behind.size < _RUN:
+        return False
+    back = -float(behind[-1] - behind[0]) * float(np.sign(before[-1] - before[0]))
+    return back > _BACK * float(np.ptp(there[np.isfinite(there)]))
 
 
 def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
