@@ -31,8 +31,8 @@ _SHOWN, _ALIKE, _HALF = 0.12, 0.1, 0.5
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
 # Readings in succession that are one number at an extreme are of the end of a range, where those elsewhere scatter by so many
-# steps, and bend the other way at such a share of the rows; or where the record begins at so small a share of that extreme.
-_SAME_NUMBER, _SCATTER, _OTHER_WAY, _FROM_ZERO = 5, 1.5, 0.25, 1 / 3
+# steps, and bend the other way at such a share of the rows.
+_SAME_NUMBER, _SCATTER, _OTHER_WAY = 5, 1.5, 0.25
 # So many of them are no rest at zero, in steps; so many rows are left without them, at least.
 _ZERO_STEPS, _LEFT = 1.5, 8
 
@@ -331,15 +331,15 @@ def _bend(u: FloatArray, y: FloatArray) -> float:
 def at_the_end_of_its_range(y: FloatArray) -> BoolArray:
     """Which readings are one number in succession at an extreme of the channel, as of a load cell that ends there, (n_row,).
 
-    Readings of a rest are not: they scatter as all others do, or are zero, or are those with which the record begins.
+    Readings of a rest are not: they scatter as all others do, or are zero.
 
     Parameters
     ----------
     y : readings, (n_row,), all finite, in the order of reading.
 
-    >>> y = np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.0, 0.6, 0.3, 0.1, 0.0])
-    >>> int(np.sum(at_the_end_of_its_range(y))), int(np.sum(at_the_end_of_its_range(y - 1.2)))
-    (7, 0)
+    >>> y = np.minimum(np.round(np.linspace(0, 2, 60) ** 1.5 + 0.01 * np.sin(9.0 * np.arange(60) ** 2), 4), 1.5)
+    >>> int(np.sum(at_the_end_of_its_range(y))), int(np.sum(at_the_end_of_its_range(y - 1.5)))
+    (21, 0)
     """
     found = np.zeros(y.size, dtype=bool)
     if y.size < _LEFT:
@@ -354,7 +354,6 @@ def at_the_end_of_its_range(y: FloatArray) -> BoolArray:
             continue
         second = np.diff(left, 2)
         other_way = float(np.mean(second[1:] * second[:-1] < 0))
-        scatters = reading_noise(left) >= _SCATTER * step and other_way >= _OTHER_WAY
-        if scatters or abs(float(path[0])) <= _FROM_ZERO * abs(end):
+        if reading_noise(left) >= _SCATTER * step and other_way >= _OTHER_WAY:
             found |= at
     return found if np.count_nonzero(~found) >= _LEFT else np.zeros(y.size, dtype=bool)
