@@ -65,11 +65,11 @@ def rounded_rows(values: FloatArray) -> list[Rounded]:
         whole = _whole(y, power) & ~taken
         if y.size - np.count_nonzero(whole) < _LEAST:
             break
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8)))
-        for begin, end in edges.reshape(-1, 2).tolist():
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8))).reshape(-1, 2)
+        for begin, end in edges[edges[:, 1] - edges[:, 0] >= _LEAST].tolist():
             own = y[begin:end]
             repeats = np.count_nonzero(np.diff(own) == 0) >= _REPEATS * (own.size - 1)
-            if own.size >= _LEAST and repeats and np.count_nonzero(np.diff(own)) >= _LEVELS:
+            if repeats and np.count_nonzero(np.diff(own)) >= _LEVELS:
                 taken[begin:end] = True
                 found.append(Rounded(int(rows[begin]), int(rows[end - 1]) + 1, _ten(power), _ten(finest)))
     return sorted(found, key=lambda r: r.first)
