@@ -22,6 +22,9 @@ _FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
 _BEND_COUNTS, _BEND_MOST = 3.0, 0.1
 # What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
 _START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
+# What a bend counts, from which on a channel stiffens up to a flat end; and the nearness to zero from which on a record may
+# begin at zero, and surely does.
+_STIFFENS, _FROM_ZERO, _SURELY_FROM_ZERO = 0.6, 1 / 3, 0.5
 # Share of the largest change from which on the first counts fully.
 _FIRST = 0.4
 # No record starts pressed by as much as this [m]: what that counts.
@@ -50,6 +53,11 @@ class Evidence:
 def of_shape(name: str, shape: Shape, same: float) -> list[Evidence]:
     """How the channel bends, and at which end of the displacement it is flat.
 
+    A flat end at an extreme is no rest where the channel stiffens up to there, as at the end of a range; nor is it known to be
+    one where the record goes away from zero and straight on to there. Where the record begins near zero and goes there, it may
+    be a plateau of what is pressed as well as a rest behind a record that was zeroed in the press: what the shape says against
+    that beginning then counts no more than this does.
+
     Parameters
     ----------
     name : of the channel.
@@ -60,12 +68,38 @@ def of_shape(name: str, shape: Shape, same: float) -> list[Evidence]:
     flat = float(np.sign(more)) * _FLAT_COUNTS * float(np.clip((abs(more) - _FLAT_FROM) / (_FLAT_MOST - _FLAT_FROM), 0.0, 1.0))
     # A force that goes from one side of zero to the other bends by adhesion, too.
     adhesion = (0.8 if shape.once else 0.5) * _BEND_MOST if shape.crosses else 0.0
-    bent = float(np.sign(shape.bend)) * max(abs(shape.bend) - adhesion, 0.0)
-    bend = _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
+    bend = _bend_counts(shape.bend, adhesion)
+    begins, goes_there = float(np.sign(shape.first)), flat * shape.first_travel < 0
+    if shape.end_extreme if goes_there else shape.begin_extreme:
+        from_zero, goes_away = _from_zero(shape), abs(shape.begin + shape.first) > abs(shape.begin)
+        left = shape.bend_above if flat > 0 else shape.bend_below
+        agrees = _bend_counts(left, 0.0) * float(np.sign(flat)) * same
+        against = [w for w in (flat * same, bend) if w * begins < 0]
+        if agrees < -_STIFFENS and (goes_there or from_zero == 0):
+            bend = _bend_counts(left, adhesion)
+            flat *= 1 - from_zero
+        elif goes_there and agrees < _STIFFENS and goes_away:
+            flat = 0.0
+        elif goes_there and against:
+            most = 1 - from_zero * (1 - min(1.0, abs(of_start(name, shape)[0].weight / sum(against))))
+            flat, bend = (most * w if w * sense * begins < 0 else w for w, sense in ((flat, same), (bend, 1.0)))
     share, end = (shape.flat_low, "small") if flat > 0 else (shape.flat_high, "large")
     words = f"{name} is flat, as out of contact, over {share * 100:.0f} % of the travel at {end} displacements of the file"
     bends = f"{name} bends {up(bend)} over the displacement, and a press stiffens"
     return [Evidence(flat * same, words), Evidence(bend, bends)]
+
+
+def _bend_counts(bend: float, adhesion: float) -> float:
+    """What a bend counts beyond one that adhesion explains."""
+    bent = float(np.sign(bend)) * max(abs(bend) - adhesion, 0.0)
+    return _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
+
+
+def _from_zero(shape: Shape) -> float:
+    """How surely a record begins near zero and goes away from it, from 0 to 1."""
+    begin, end = abs(shape.begin), abs(shape.begin + shape.first)
+    near = (end - begin) / max(end + begin, 1e-300)
+    return float(np.clip((near - _FROM_ZERO) / (_SURELY_FROM_ZERO - _FROM_ZERO), 0.0, 1.0))
 
 
 def of_start(name: str, shape: Shape) -> list[Evidence]:

@@ -9,8 +9,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import median_filter
 
-from calib.lab.signal import reading_noise, reversals
-from models.sensor import FloatArray
+from calib.lab.signal import reading_noise, resolution, reversals
+from calib.lab.stretches import stretches as runs
+from models.sensor import BoolArray, FloatArray
 
 #: Change of a channel over the noise of one reading up to which it shows nothing.
 NOTHING = 6.0
@@ -29,6 +30,11 @@ _SAME_LEVEL = 0.3
 _SHOWN, _ALIKE, _HALF = 0.12, 0.1, 0.5
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
+# Readings in succession that are one number at an extreme are of the end of a range, where those elsewhere scatter by so many
+# steps, and bend the other way at such a share of the rows.
+_SAME_NUMBER, _SCATTER, _OTHER_WAY = 5, 1.5, 0.25
+# So many of them are no rest at zero, in steps; so many rows are left without them, at least.
+_ZERO_STEPS, _LEFT = 1.5, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +74,9 @@ class Shape:
     ----------
     slope : from -1 to 1: share of all change that goes up with the displacement, less that which goes down.
     bend : mean of the chord less the curve, in shares of the change: positive where the channel bends upwards.
+    bend_above, bend_below : the same without the flat end at the smaller, and at the larger displacements.
     flat_low, flat_high : share of the travel at the smaller, and at the larger displacements over which the channel is flat.
+    begin_extreme, end_extreme : whether the first stretch begins, and ends at an extreme of the channel.
     first, first_travel : change of the channel and of the displacement in the first stretch that counts.
     begin : what the channel reads where that begins.
     rise : change of the channel up to the very last reading of that stretch, for words.
@@ -81,8 +89,12 @@ class Shape:
 
     slope: float
     bend: float
+    bend_above: float
+    bend_below: float
     flat_low: float
     flat_high: float
+    begin_extreme: bool
+    end_extreme: bool
     first: float
     first_travel: float
     begin: float
@@ -214,8 +226,8 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
     # The first stretch is before any pull-off; the others together count half as much.
     weights = [1.0 if k == first else 0.5 * abs(change[k]) / max(total - abs(change[first]), 1e-300) for k in counted]
     seen = [_ends(parts[k], drift) for k in counted]
-    bend, flat_low, flat_high = (
-        float(sum(w * s[i] for w, s in zip(weights, seen, strict=True)) / sum(weights)) for i in range(3)
+    bend, above, below, flat_low, flat_high = (
+        float(sum(w * s[i] for w, s in zip(weights, seen, strict=True)) / sum(weights)) for i in range(5)
     )
     low = min(float(np.min(s.y)) for s in parts)
     high = max(float(np.max(s.y)) for s in parts)
@@ -225,8 +237,12 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
     return Shape(
         slope=slope,
         bend=bend,
+        bend_above=above,
+        bend_below=below,
         flat_low=flat_low,
         flat_high=flat_high,
+        begin_extreme=_extreme(parts[first].begin, low, high),
+        end_extreme=_extreme(parts[first].end, low, high),
         first=float(change[first]),
         first_travel=parts[first].travel,
         begin=begin,
@@ -237,6 +253,11 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
         once=len(counted) == 1,
         against=_goes_against_itself(parts, drift, largest, first),
     )
+
+
+def _extreme(value: float, low: float, high: float) -> bool:
+    """Whether a value is near the lowest or the highest."""
+    return min(abs(value - low), abs(high - value)) <= _COUNTS * (high - low)
 
 
 def _drift(parts: list[Stretch]) -> float:
@@ -281,19 +302,58 @@ def _without(s: Stretch, drift: float) -> FloatArray:
     return np.asarray(s.y - drift * s.duration * (u if s.travel > 0 else 1 - u))
 
 
-def _ends(s: Stretch, drift: float) -> tuple[float, float, float]:
-    """Bend of a stretch, and which share of the travel it is flat over at the smaller and at the larger displacements."""
+def _ends(s: Stretch, drift: float) -> tuple[float, float, float, float, float]:
+    """Bend of a stretch, whole and without a flat end at either, and which share of the travel it is flat over at either."""
     length = float(s.x[-1] - s.x[0])
     if s.x.size < 4 or length <= 0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     u = (s.x - s.x[0]) / length
     y = _without(s, drift)
-    chord = y[0] + (y[-1] - y[0]) * u
-    bend = float(np.trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
     near = max(_FLAT * float(np.ptp(y)), 4 * s.error)
     off = [np.abs(y - np.median(y[:3])) > near, np.abs(y - np.median(y[-3:])) > near]
     low = float(u[np.argmax(off[0])]) if np.any(off[0]) else 1.0
     high = 1 - float(u[u.size - 1 - np.argmax(off[1][::-1])]) if np.any(off[1]) else 1.0
+    above, below = (_bend(u[kept], y[kept]) for kept in (u >= low, u <= 1 - high))
     # A straight line stays near its end over some of the travel, too.
     straight = near / max(float(np.ptp(y)), 1e-300)
-    return bend, max(low - straight, 0.0), max(high - straight, 0.0)
+    return _bend(u, y), above, below, max(low - straight, 0.0), max(high - straight, 0.0)
+
+
+def _bend(u: FloatArray, y: FloatArray) -> float:
+    """Mean of the chord less the curve, in shares of its change; 0 for fewer than four points."""
+    if u.size < 4:
+        return 0.0
+    u = (u - u[0]) / (u[-1] - u[0])
+    chord = y[0] + (y[-1] - y[0]) * u
+    return float(np.trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
+
+
+def at_the_end_of_its_range(y: FloatArray) -> BoolArray:
+    """Which readings are one number in succession at an extreme of the channel, as of a load cell that ends there, (n_row,).
+
+    Readings of a rest are not: they scatter as all others do, or are zero.
+
+    Parameters
+    ----------
+    y : readings, (n_row,), all finite, in the order of reading.
+
+    >>> y = np.minimum(np.round(np.linspace(0, 2, 60) ** 1.5 + 0.01 * np.sin(9.0 * np.arange(60) ** 2), 4), 1.5)
+    >>> int(np.sum(at_the_end_of_its_range(y))), int(np.sum(at_the_end_of_its_range(y - 1.5)))
+    (21, 0)
+    """
+    found = np.zeros(y.size, dtype=bool)
+    if y.size < _LEFT:
+        return found
+    step, path = resolution(y), calm(y)
+    for end in (float(np.max(path)), float(np.min(path))):
+        at = np.abs(y - end) <= 0.5 * step if step else y == end
+        for first, behind in runs(at):
+            at[first:behind] = behind - first >= _SAME_NUMBER
+        left = y[~at]
+        if not np.any(at) or left.size < _LEFT or abs(end) <= _ZERO_STEPS * step:
+            continue
+        second = np.diff(left, 2)
+        other_way = float(np.mean(second[1:] * second[:-1] < 0))
+        if reading_noise(left) >= _SCATTER * step and other_way >= _OTHER_WAY:
+            found |= at
+    return found if np.count_nonzero(~found) >= _LEFT else np.zeros(y.size, dtype=bool)

@@ -27,7 +27,7 @@ from calib.lab.evidence import (
     words_for,
 )
 from calib.lab.instruments import LabTable, says_sense
-from calib.lab.shape import NOTHING, Shape, calm, shape_of, steady
+from calib.lab.shape import NOTHING, Shape, at_the_end_of_its_range, calm, shape_of, steady
 from calib.lab.signal import excursion, reading_noise
 from models.sensor import BoolArray, FloatArray
 
@@ -112,17 +112,25 @@ def decide_signs(
         if not table.conventions:
             raise
         decided = _decide(table, displacement, force, good)
+    if any(_contradicted(table, decision) for decision in decided.values()):
+        # What the file says may make doubtful what the record shows.
+        weighed = _decide(table, displacement, force, good)
+        decided = {q: d if d.factor == weighed[q].factor else weighed[q] for q, d in decided.items()}
     return {quantity: _with_contradiction(table, decision) for quantity, decision in decided.items()}
 
 
-def _with_contradiction(table: LabTable, decision: SignDecision) -> SignDecision:
-    """A decision with what the name of its column or a line beside the table says of the sign, if that is the opposite."""
+def _contradicted(table: LabTable, decision: SignDecision) -> str:
+    """What the name of its column or a line beside the table says of the sign, if that is the opposite of a decision; or ""."""
     name = table.sources.get(decision.quantity, "")
     sense, words = table.conventions.get(decision.quantity, (0, ""))
     sense, words = (own, f'the column is called "{name}"') if (own := says_sense(name)) else (sense, words)
-    if not sense or sense == decision.factor or decision.strength == "none":
-        return decision
-    return replace(decision, note=f"{decision.note}; the file says the opposite: {words}")
+    return words if sense and sense != decision.factor and decision.strength != "none" else ""
+
+
+def _with_contradiction(table: LabTable, decision: SignDecision) -> SignDecision:
+    """A decision with what is said of the sign beside it, if that is the opposite."""
+    words = _contradicted(table, decision)
+    return replace(decision, note=f"{decision.note}; the file says the opposite: {words}") if words else decision
 
 
 def _decide(
@@ -139,6 +147,8 @@ def _decide(
         if not (shown.get(x) and shown.get(y)):
             return None
         rows = np.flatnonzero(good & np.isfinite(found[x]) & np.isfinite(found[y]))
+        for channel in (found[q] for q in (x, y) if q != "displacement"):
+            rows = rows[~at_the_end_of_its_range(channel[rows])] if rows.size else rows
         clock = rows.astype(float) if time is None or not np.all(np.isfinite(time[rows])) else time[rows]
         return shape_of(found[x][rows], found[y][rows], clock) if rows.size >= 5 else None
 

@@ -5,6 +5,7 @@ from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading, Unread
 from calib.lab.instruments.reader import QUANTITIES, no_such_quantity, read_lab_file
+from calib.lab.instruments.rounded import rounded_rows
 from calib.lab.instruments.sheet import SeveralSpecimens
 
 __all__ = [
@@ -19,5 +20,6 @@ __all__ = [
     "Unread",
     "no_such_quantity",
     "read_lab_file",
+    "rounded_rows",
     "says_sense",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -33,6 +33,8 @@ from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
+from calib.lab.instruments.rounded import Rounded, course_of, rounded_rows
+from calib.lab.instruments.rounded import in_words as told_of_rounded
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -257,13 +259,16 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if again:
         first, above = (int(sheet.lines[r]) for r in next(iter(again.items())))
         notes.append(f"{len(again)} row(s) stand twice, with their times, and are left out: line {first} is line {above} again")
+    rounded: dict[ReadColumn, list[Rounded]] = {}
     if not faults:
         good = np.array([not why for why in reasons])
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
             good[r] = False
         smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
-        for quantity, rows in alone(smooth, values.get("time")).items():
+        for c in (c for c in columns if c.quantity in smooth and c.quantity != "displacement"):
+            rounded |= {c: parts} if (parts := rounded_rows(smooth[c.quantity] / c.factor)) else {}
+        for quantity, rows in _alone(smooth, values.get("time"), rounded).items():
             column = next(c for c in columns if c.quantity == quantity)
             unit = unit_in_words(sheet, column.index, column.heading, reading)
             for r, near in rows.items():
@@ -276,7 +281,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if faults:
         raise InputError(_with_a_way_out(faults, choice.chosen))
     good = np.array([not why for why in reasons])
-    usable = {q: np.where(good, v, np.nan) for q, v in values.items()}
+    usable = _courses({q: np.where(good, v, np.nan) for q, v in values.items()}, rounded)
+    notes += [
+        told_of_rounded(sheet.names[c.index], unit_in_words(sheet, c.index, c.heading, reading), sheet.lines, part)
+        for c, parts in rounded.items()
+        for part in parts
+    ]
     contradicting, faults = rows_astray(sheet, columns, usable, reading)
     if contradicting and another_zero(sheet, columns, usable, reading).faults:
         contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
@@ -374,6 +384,31 @@ def _without_value(sheet: Sheet, index: int, blocks: Sequence[tuple[int, int]]) 
     more = f", nor in {sum(b - a for a, b in blocks[1:])} rows farther down" if len(blocks) > 1 else ""
     where = f"lines {sheet.lines[first]} to {sheet.lines[behind - 1]}"
     return f'"{sheet.names[index]}" has no value in {where}{more}: what else these rows hold is used'
+
+
+def _courses(values: Mapping[str, FloatArray], rounded: Mapping[ReadColumn, Sequence[Rounded]]) -> dict[str, FloatArray]:
+    """Readings with their course where they are rounded more coarsely than elsewhere: to judge by, not to use."""
+    courses = {
+        c.quantity: course_of(values[c.quantity], parts, c.factor) for c, parts in rounded.items() if c.quantity in values
+    }
+    return {**values, **courses}
+
+
+def _alone(
+    values: Mapping[str, FloatArray], time: FloatArray | None, rounded: Mapping[ReadColumn, Sequence[Rounded]]
+) -> dict[str, dict[int, float]]:
+    """Readings that stand alone, among those that are rounded more coarsely by their course, as that does not scatter."""
+    if not rounded:
+        return alone(values, time)
+    coarse = {c.quantity: np.zeros(values[c.quantity].size, dtype=bool) for c in rounded}
+    for c, parts in rounded.items():
+        for part in parts:
+            coarse[c.quantity][part.first : part.behind] = True
+    found = alone({q: np.where(coarse[q], np.nan, v) if q in coarse else v for q, v in values.items()}, time)
+    for quantity, rows in alone(_courses(values, rounded), time).items():
+        for r in (r for r in rows if quantity in coarse and coarse[quantity][r]):
+            found.setdefault(quantity, {})[r] = rows[r]
+    return found
 
 
 def _append(reasons: list[str], row: int, reason: str) -> None:

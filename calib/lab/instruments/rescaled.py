@@ -153,7 +153,9 @@ def _is_about_zero(sides: tuple[FloatArray, FloatArray], digits: tuple[float, fl
     """Whether readings on both sides of a jump are near zero, and the smaller within noise and last digits of it: at rest."""
     ends = abs(float(sides[0][-1])), abs(float(sides[1][0]))
     small = int(np.argmin(ends))
-    side = (sides[0][::-1], sides[1])[small][:_NEAR]
+    near = sides[0][::-1][:_NEAR], sides[1][:_NEAR]
+    # Where the record begins, or ends, too few tell their noise: those on the other side have the same, if there was no switch.
+    side = near[small] if near[small].size >= _FEWEST else near[1 - small]
     noise = noise_of(side) if side.size >= _FEWEST else 0.0
     return max(ends) < _NEAR_ZERO * span and ends[small] < max(_REST_NOISES * noise, _REST_DIGITS * digits[small])
 

@@ -42,6 +42,8 @@ _MOST_OFF = 12
 # how many readings are taken out one after the other.
 _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
 _PASSES = 8
+# Differences in succession that are nothing, as a share of the readings, are of a range that ends there.
+_STILL, _NOTHING = 8, 1e-12
 # Of a long record the noise is that of so many readings.
 _SAMPLE = 20_000
 # A way of the ball is such a share of its travel; where it turns is beyond the middle of those beside by so many largest steps.
@@ -505,7 +507,34 @@ def noise_of(y: FloatArray, order: int = 2) -> float:
     """
     differences = np.diff(y, order)
     differences = np.abs(differences[:: max(1, differences.size // _SAMPLE)])  # a sample tells it to 1 %
+    if y.size <= _SAMPLE:
+        differences = _but_still(differences, y)
     return 1.4826 * float(np.median(differences)) / math.sqrt(math.comb(2 * order, order))
+
+
+def _but_still(differences: FloatArray, y: FloatArray) -> FloatArray:
+    """Differences without those along the largest or the least reading, as at the end of a range, if all others scatter.
+
+    Parameters
+    ----------
+    differences : of some order, (n_row - order,).
+    y : readings in order, (n_row,).
+    """
+    nothing = _NOTHING * float(np.max(np.abs(y), initial=0.0))
+    still = differences <= nothing
+    if np.count_nonzero(still) < _STILL:
+        return differences
+    middle = (y.size - differences.size) // 2
+    y = y[middle : middle + differences.size]
+    still &= (y == np.max(y)) | (y == np.min(y))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8))).reshape(-1, 2)
+    long = edges[edges[:, 1] - edges[:, 0] >= _STILL]
+    in_long = np.zeros(differences.size + 1, dtype=np.int64)
+    np.add.at(in_long, long[:, 0], 1)
+    np.add.at(in_long, long[:, 1], -1)
+    left = differences[np.cumsum(in_long[:-1]) == 0]
+    scatters = left.size >= _FEWEST_BESIDE and np.count_nonzero(left <= nothing) <= _SHARE * left.size
+    return left if scatters else differences
 
 
 def last_step(y: FloatArray) -> float:

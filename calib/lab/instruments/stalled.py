@@ -113,7 +113,11 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
             if inmost is not None:
                 _tell_filled(sheet, column, int(min(order[0], inmost)), int(max(order[0], inmost)), told)
         for first, last, kind in _runs(rows, y, others, written, driven=column.quantity == "displacement"):
-            if first not in told.lost.get(column.quantity, {}):
+            if first in told.lost.get(column.quantity, {}):
+                continue
+            if kind == "end" and last == rows[-1] and _goes_back(values.get("displacement"), first, last):
+                _tell_filled(sheet, column, first + 1, last, told)  # no range ends for good
+            else:
                 _tell(sheet, column, first, last, kind, told)
     return told
 
@@ -392,10 +396,22 @@ def _holds_its_peak(v: FloatArray, place: FloatArray, rows: IntArray) -> bool:
     steps = np.diff(v)
     if not place.size or not (np.all(steps >= 0) or np.all(steps <= 0)) or np.count_nonzero(steps) < _FEWEST // 2:
         return False
-    there = place[rows]
-    behind = there[int(np.flatnonzero(steps)[-1]) + 1 :]
-    behind, there = behind[np.isfinite(behind)], there[np.isfinite(there)]
-    return behind.size >= _RUN and abs(float(behind[-1] - behind[0])) > _BACK * float(np.ptp(there))
+    there, last = place[rows], int(np.flatnonzero(steps)[-1])
+    before, behind = (part[np.isfinite(part)] for part in (there[: last + 1], there[last + 1 :]))
+    if before.size < 2 or behind.size < _RUN:
+        return False
+    back = -float(behind[-1] - behind[0]) * float(np.sign(before[-1] - before[0]))
+    return back > _BACK * float(np.ptp(there[np.isfinite(there)]))
+
+
+def _goes_back(place: FloatArray | None, first: int, last: int) -> bool:
+    """Whether the ball goes back, by a share of its travel, from where it is deepest within some rows to the last of them."""
+    there = place[first : last + 1] if place is not None else np.zeros(0)
+    there = there[np.isfinite(there)]
+    if place is None or there.size < _RUN:
+        return False
+    onwards = float(np.sign(there[_RUN - 1] - there[0]))
+    return float(np.max(onwards * there)) - onwards * float(there[-1]) > _BACK * float(np.nanmax(place) - np.nanmin(place))
 
 
 def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:

@@ -10,8 +10,10 @@ from calib.lab.quality.loading import loading_branch
 from calib.lab.quality.material import check_compliance, check_hysteresis, check_relaxation
 from calib.lab.quality.readings import (
     check_clipping,
+    check_early,
     check_gap,
     check_late,
+    check_place,
     check_readings,
     check_resolution,
     check_signal,
@@ -47,8 +49,11 @@ def judge(
         grades += [check_readings(c), signal, check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
-        grades += [check_size(c), check_resolution(c), check_clipping(obs, c), check_late(obs, c), check_turn(obs, c)]
+        grades += [check_size(c), check_resolution(c), check_clipping(obs, c)]
+        grades += [check_early(obs, c), check_late(obs, c), check_turn(obs, c)]
         grades += [check_start(c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
+        if not any(v is not None and v.check == "resolution of displacement" for v in grades):
+            grades.append(check_place(c))
         if c.name == "force":
             grades += [check_load_zero(c), check_hysteresis(obs, c)]
             grades.append(check_compliance(c, machine_compliance, believed_compliance))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import CHANNELS
-from calib.lab.instruments import IntArray
+from calib.lab.instruments import IntArray, rounded_rows
 from calib.lab.observations import Observations
 from calib.lab.onset import flat_part
 from calib.lab.quality.grade import Grade, Level
@@ -17,6 +17,8 @@ from models.sensor import BoolArray, FloatArray
 
 #: Step, as a share of the largest reading, of what is written with more digits than a step shows in.
 MANY_DIGITS = 1e-9
+#: Share of the readings of a branch that are rounded more coarsely than the others, from which on their step is that of all.
+ROUNDED_ROWS = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +114,10 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     shown = np.isfinite(written) & (written != 0) & np.isfinite(values[rows])
     factor = float(np.median(np.abs(values[rows][shown] / written[shown]))) if np.any(shown) else 1.0
     step = resolution(written) * factor or MANY_DIGITS * float(np.max(np.abs(y)))
+    for part in rounded_rows(obs.table.written.get(name, values)):
+        # A display or an export that changed within the record.
+        if np.mean((rows >= part.first) & (rows < part.behind)) > ROUNDED_ROWS:
+            step = max(step, part.step * factor)
     return LoadingBranch(
         file=obs.table.path.name,
         name=name,

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
 from calib.lab.quality.grade import Grade, level_beyond
 from calib.lab.quality.loading import MANY_DIGITS, LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
-from calib.lab.signal import NO_SIGNAL
+from calib.lab.signal import NO_SIGNAL, resolution
 from models.sensor import FloatArray
 
 #: Readings in contact. Noise (sd) judged from the n - 4 degrees of freedom that a cubic leaves is uncertain by
@@ -37,8 +38,13 @@ TURN = 5
 # A displacement leaps by so many of as many steps on either side, and so often at most.
 LEAP, LEAP_BESIDE, LEAPS = 12.0, 4, 2
 #: Travel on the way back, as a share of that in contact, after which a channel that still rises was not read then, and by how
-#: much it rises, as a share of its range: a meter is late by about half of what it averages over.
-LATE, LATE_RISE = 0.02, 0.02
+#: much it rises, as a share of its range: a meter is late by about half of what it averages over. The same of a channel that
+#: falls before the ball turns round, from that share of the travel before it on.
+LATE, LATE_RISE, FEWEST_TURNED = 0.02, 0.02, 12
+#: Share of a modulus that rounding the displacement is worth (sd): 1.5 times step / sqrt(12) over the travel in contact, as the
+#: load goes with depth^1.5 E. 1 % are 43 steps and half of the 2 % that a calibration states; 3 % are 14 steps, and the scatter
+#: of moduli within a lab. It is rounded if this share of what the channel changes by comes about while the displacement stands.
+COARSE_PLACE, TOO_COARSE_PLACE, ROUNDED = 0.01, 0.03, 0.3
 #: Ratio of long to short time steps (95th to 5th percentile) above which neighbouring readings are no even series: their
 #: correlation, counted in readings, is then that of the densest part.
 UNEVEN_STEPS = 10.0
@@ -90,6 +96,28 @@ def check_resolution(c: LoadingBranch) -> Grade:
     finding = f"{c.name} is written {written} {steps:.0f} in the range of {c.text(c.span)}; {asked}"
     advice = "in N rather than kN, or use a smaller load cell" if c.name == "force" else "or choose a finer range of the meter"
     return c.grade("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
+
+
+def check_place(c: LoadingBranch) -> Grade | None:
+    """Is the displacement written in steps that are small against the travel in contact?
+
+    None where they are, and where the drive itself went by steps, between which the channel stood still.
+    """
+    travel, step = float(np.max(c.x)) - c.touch, resolution(c.x)
+    stands = np.diff(c.x) == 0
+    if c.x_unit != "m" or travel <= 0 or float(np.sum(np.diff(c.y)[stands])) < ROUNDED * c.span:
+        return None
+    off = step / math.sqrt(12) / travel
+    share = 1.5 * off
+    level = level_beyond(share, COARSE_PLACE, TOO_COARSE_PLACE)
+    if level == "good":
+        return None
+    finding = (
+        f"the displacement is written in steps of {step * 1e3:.3g} mm, {travel / step:.0f} in the {travel * 1e3:.3g} mm of "
+        f"travel, while {c.name} goes on between: a depth is off by {percent(off)} of that (sd), a modulus by {percent(share)}"
+    )
+    advice = "Export the displacement with more decimals, or in µm."
+    return c.grade("resolution of displacement", level, share, "1", finding, advice)
 
 
 def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
@@ -246,6 +274,35 @@ def check_time_steps(obs: Observations, c: LoadingBranch) -> Grade | None:
     finding = f"nine of ten time steps lie between {low:.3g} and {high:.3g} s"
     advice = "Log in equal steps of time: the noise is judged as if readings followed each other evenly."
     return c.grade("even time steps", level_beyond(ratio, UNEVEN_STEPS, math.inf), ratio, "times", finding, advice)
+
+
+def check_early(obs: Observations, c: LoadingBranch) -> Grade | None:
+    """Does the channel fall again while the ball still goes deeper, as of a clock that runs ahead, or of another press?
+
+    Parameters
+    ----------
+    obs : the lab file.
+    c : the channel that is judged.
+
+    Returns
+    -------
+    None if it does not, and where nothing tells.
+    """
+    travel = float(np.max(c.x)) - c.touch
+    if c.x_unit != "m" or obs.use.branch == "unloading" or c.y.size < FEWEST_TURNED or travel <= 0:
+        return None
+    y = median_filter(c.y, size=5, mode="nearest")
+    first = int(np.argmax(y))
+    fall = float(y[first] - np.median(c.y[-3:]))
+    share = float(c.x[-1] - c.x[first]) / travel
+    if share <= LATE or fall <= max(LATE_RISE * c.span, 6 * c.noise):
+        return None
+    finding = f"{c.name} falls by {percent(fall / c.span)} of its range while the ball still goes deeper by {percent(share)}"
+    sample = ", or the sample slipped or gave way" if c.name == "force" else ""
+    advice = (
+        f"It is ahead of the press, or of another press{sample}: look at the clocks, and whether the columns belong together."
+    )
+    return c.grade("early readings", "bad", share, "1", finding, advice)
 
 
 def check_late(obs: Observations, c: LoadingBranch) -> Grade | None:

@@ -162,6 +162,38 @@ def test_a_stiffer_sample_that_is_pressed_next_makes_no_reading_late(
     assert [v.level for v in found] == (["bad"] if late else [])
 
 
+@pytest.mark.parametrize("seconds", [-0.5, 0.0, 1.0, 4.0, 20.0])
+@pytest.mark.parametrize("falls", [1, -1])
+def test_a_channel_that_runs_ahead_of_the_press_is_early(tmp_path: Path, seconds: float, falls: int) -> None:
+    test = Test(hysteresis=0.0)
+    t, x, f = test.columns()
+    ahead = np.interp(t + seconds, t, f)
+    capacitance = 97.0 + falls * 0.4 * ahead
+    path = tmp_path / "ahead.csv"
+    rows = (f"{a:.2f},{b:.5f},{c:.4f},{e:.4f}\n" for a, b, c, e in zip(t, x, f, capacitance, strict=True))
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "".join(rows))
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "early readings"]
+    assert [(v.channel, v.level) for v in found] == ([("capacitance", "bad")] if seconds > 2 else [])
+    assert all("look at the clocks" in v.advice and "goes deeper" in v.finding for v in found)
+
+
+@pytest.mark.parametrize("kind", ["relaxes", "spikes", "drifts", "is held"])
+def test_what_goes_on_at_the_top_of_a_press_is_not_early(tmp_path: Path, kind: str) -> None:
+    test = Test(hold=5.0 if kind != "spikes" else 0.0, relaxation=0.2 if kind == "relaxes" else 0.0)
+    t, x, f = test.columns()
+    if kind == "spikes":
+        f[600] += 8.0
+    if kind == "drifts":
+        f = f - 0.02 * t
+    if kind == "is held":
+        x = x + np.where((t > test.top) & (t < test.top + 5.0), 2e-4 * (t - test.top), 0.0)
+    path = tmp_path / "press.csv"
+    path.write_text(
+        "Time (s),Extension (mm),Load (N)\n" + "".join(f"{a:.2f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True))
+    )
+    assert "early readings" not in checks(observe(read_lab_file(path)))
+
+
 @pytest.mark.parametrize("column", ["Extension (mm)", "Load (N)"])
 @pytest.mark.parametrize("apart", [-1, 0, 1])
 @pytest.mark.parametrize("relaxes", [0.0, 0.2])
@@ -249,6 +281,34 @@ def test_coarse_steps_of_the_load_are_told_by_their_number(tmp_path: Path, decim
     found = grade(Test(decimals=decimals).observe(tmp_path), "resolution")
     assert (found.level, found.unit) == (level, "steps")
     assert found.number == pytest.approx(steps, rel=0.03)
+
+
+@pytest.mark.parametrize(("step", "level"), [(0.002, ""), (0.01, ""), (0.025, "warning"), (0.1, "bad"), (0.2, "bad")])
+def test_a_displacement_that_is_rounded_coarsely_is_told_by_what_it_does_to_a_modulus(
+    tmp_path: Path, step: float, level: str
+) -> None:
+    t, x, f = Test().columns()
+    place = np.round(x / step) * step
+    rows = [f"{a:.2f},{b:.4f},{c:.4f},{97 + 0.4 * c:.4f}\n" for a, b, c in zip(t, place, f, strict=True)]
+    path = tmp_path / "rounded.csv"
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "".join(rows))
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "resolution of displacement"]
+    assert [v.level for v in found] == ([level] if level else [])
+    for v in found:
+        assert v.number == pytest.approx(1.5 * step / math.sqrt(12) / 0.8, rel=0.3)
+        assert "more decimals" in v.advice
+        assert f"in steps of {step:.3g} mm" in v.finding
+
+
+def test_a_drive_that_goes_by_steps_and_rests_is_not_rounded(tmp_path: Path) -> None:
+    t = np.arange(0.0, 160.0, 0.5)
+    x = np.round(np.minimum(np.floor(t / 5), 31 - np.floor(t / 5)) * 0.05, 4)
+    f = 5 * np.maximum(x - 0.1, 0) ** 1.6 * (1 + 0.02 * np.exp(-(t % 5)))
+    path = tmp_path / "steps.csv"
+    path.write_text(
+        "Time (s),Extension (mm),Load (N)\n" + "".join(f"{a:.2f},{b:.4f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True))
+    )
+    assert "resolution of displacement" not in checks(observe(read_lab_file(path)))
 
 
 def test_steps_of_a_converter_are_seen_behind_many_digits(tmp_path: Path) -> None:

@@ -186,3 +186,17 @@ def test_a_load_of_little_but_noise_that_jumps_by_ten_is_no_switch(tmp_path: Pat
         except InputError as error:
             refused += "from this line on" in str(error)
     assert refused == 0
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        ("-0.0010", "-0.0008", "-0.0051", "-0.0044", "-0.0014"),
+        ("0.0025", "0.0024", "0.0211", "0.0221", "0.0298"),
+    ],
+)
+def test_noise_of_the_first_rows_is_no_switch(tmp_path: Path, first: tuple[str, ...]) -> None:
+    course = (f"{0.006 + 0.05 * i**1.2:.4f}" for i in range(1, len(P.t) - len(first) + 1))
+    force = (*first, *course)
+    table = _read(tmp_path, P.t, tuple(f"{0.01 * i:.4f}" for i in range(len(P.t))), force)
+    np.testing.assert_allclose(table.columns["force"], np.array(force, float))

@@ -82,3 +82,18 @@ def test_a_line_decides_where_the_record_does_not(tmp_path: Path) -> None:
         said = retreat(tmp_path, line)
         assert said.signs["force"].factor == said.signs["displacement"].factor == 1.0
         assert said.signs["force"].note.count(f'line 1 says "{line}"') == 1
+
+
+def test_a_line_is_heard_where_the_record_may_start_pressed(tmp_path: Path) -> None:
+    # A press onto a plateau, or a lift from a press in which load and place were zeroed.
+    rows = ["Time (s),Displacement (mm),Force (N)"]
+    for i in range(N):
+        x = 0.8 * min(i, N - 1 - i) / (N / 2)
+        rows.append(f"{0.1 * i:.2f},{x:.4f},{3.2 * (1 - max(0.0, 1 - x / 0.55) ** 1.6) + 0.003 * (-1) ** i:.4f}")
+    with pytest.raises(InputError, match="cannot be told which way compression is"):
+        observed(tmp_path, rows)
+    found = observed(tmp_path, ["# Force: compression positive", *rows]).signs
+    assert found["force"].factor == found["displacement"].factor == 1.0
+    assert 'line 1 says "# Force: compression positive"' in found["force"].note
+    with pytest.raises(InputError, match='for it: line 1 says "# Force: compression negative"'):
+        observed(tmp_path, ["# Force: compression negative", *rows])

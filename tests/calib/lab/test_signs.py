@@ -130,12 +130,88 @@ def test_compression_is_made_positive_whatever_misleads(record: Record, force: i
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_record_zeroed_in_the_press_is_told_by_its_flat_part(seed: int) -> None:
+def test_a_record_zeroed_in_the_press_may_as_well_be_a_press_onto_a_plateau(seed: int) -> None:
     columns = Record(corners=(0.8, -0.3, 0.8), seed=seed).columns
     tared = {**columns, "force": columns["force"] - columns["force"][0], "displacement": columns["displacement"] - 0.8e-3}
-    obs = seen(tared, -1, -1)
+    with pytest.raises(InputError, match="cannot be told which way compression is in force") as caught:
+        seen(tared, -1, -1)
+    assert "is flat, as out of contact" in caught.value.faults[0].advice
+    turned = {q: -tared[q] for q in ("force", "displacement")}
+    said = observe(table(turned, {"force": "compression negative"}))
+    assert said.signs["force"].factor == said.signs["displacement"].factor == -1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_record_that_starts_pressed_and_is_flat_at_zero_load_is_read_as_one(seed: int) -> None:
+    obs = seen(Record(corners=(0.8, -0.3, 0.8), zero=0.0, seed=seed).columns, -1, -1)
     assert obs.signs["force"].factor == obs.signs["displacement"].factor == -1
     assert "starts pressed" in obs.sign_note
+
+
+def saturated(share: float, record: Record, *, noise: float = 3e-3, on_top: bool = False) -> dict[str, FloatArray]:
+    """A press without noise of which the load cell ends at a share of the peak, with noise before it, or on its flat top."""
+    columns = record.columns
+    scatter = np.random.default_rng(record.seed).normal(0.0, noise, columns["force"].size)
+    before, behind = (0.0, scatter) if on_top else (scatter, 0.0)
+    columns["force"] = np.round(np.minimum(columns["force"] + before, share * record.peak) + behind, 4)
+    return columns
+
+
+PRESSES = {
+    "from before the touch": Record(zero=0.0, noise=0.0),
+    "from the touch on": Record(corners=(0.0, 0.8, 0.0), zero=0.0, noise=0.0),
+    "held at the turn": Record(corners=(0.0, 0.8, 0.8001, 0.0), zero=0.0, noise=0.0),
+    "without its way back": Record(corners=(-0.1, 0.8), zero=0.0, noise=0.0),
+}
+
+
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.4, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("press", PRESSES.values(), ids=PRESSES.keys())
+@pytest.mark.parametrize("on_top", [False, True], ids=["to the digit", "with noise on top"])
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_the_end_of_the_range_of_a_load_cell_is_no_rest_out_of_contact(
+    share: float, press: Record, on_top: bool, force: int, displacement: int
+) -> None:
+    found = seen(saturated(share, press, on_top=on_top), force, displacement).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+
+
+@pytest.mark.parametrize("offset", [0.6, -2.0, 7.0])
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_saturated_load_that_was_not_zeroed_is_not_turned(offset: float, force: int, displacement: int) -> None:
+    columns = saturated(0.3, PRESSES["from before the touch"])
+    found = seen({**columns, "force": columns["force"] + offset}, force, displacement).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+
+
+def foam(noise: float = 3e-3) -> dict[str, FloatArray]:
+    """A press of a foam, whose load stands at a plateau, with a loss on the way back."""
+    columns = Record(corners=(0.0, 0.8, 0.0), zero=0.0).columns
+    depth = columns["displacement"] / 0.8e-3
+    back = np.gradient(depth) < 0
+    scatter = np.random.default_rng(1).normal(0.0, noise, depth.size)
+    return {**columns, "force": 3.2 * np.tanh(3.5 * depth) * np.where(back, 0.88, 1.0) + scatter}
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_plateau_of_a_foam_turns_no_sign(force: int, displacement: int) -> None:
+    columns = foam()
+    with pytest.raises(InputError, match="cannot be told which way compression is in force") as caught:
+        seen(columns, force, displacement)
+    assert "--sign" in caught.value.faults[0].advice
+    beside = seen(columns, force, displacement, without=())
+    assert (beside.signs["force"].factor, beside.signs["displacement"].factor) == (force, displacement)
+
+
+def test_names_settle_what_a_plateau_leaves_open() -> None:
+    columns = {q: v for q, v in foam().items() if q != "capacitance"}
+    for names in (
+        {"force": "Compressive load (N)", "displacement": "Compressive extension (mm)"},
+        {"force": "Druckkraft [N]", "displacement": "Stauchung [mm]"},
+        {"force": "Compressive load (N)", "displacement": "Position (mm)"},
+    ):
+        found = observe(table(columns, names=names)).signs
+        assert found["force"].factor == found["displacement"].factor == 1
 
 
 @pytest.mark.parametrize("zero", [0.0, -5.2, 20.0])

@@ -242,3 +242,15 @@ def test_a_damaged_digit_is_left_out_beside_missing_rows_too(quantity: str, miss
         damaged = values[quantity].copy()
         damaged[at] += {"force": 0.5, "displacement": 0.05, "capacitance": 0.6}[quantity]
         assert alone(values | {quantity: damaged}, TIME[there]).keys() == {quantity}
+
+
+@pytest.mark.parametrize("seed", [4, 8, 12, 14])
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.6])
+def test_no_reading_of_a_load_cell_at_the_end_of_its_range_stands_alone_for_its_noise(seed: int, share: float) -> None:
+    rng = np.random.default_rng(seed)
+    place = np.concatenate([np.linspace(0, 0.8, 130), np.linspace(0.79, 0.01, 110)]) + rng.normal(0, 2e-4, 240)
+    load = np.minimum(4.0 * np.clip(place - 0.1, 0, None) ** 1.5 + rng.normal(0, 3e-3, 240), share * 2.3)
+    values: dict[str, FloatArray] = {"displacement": np.asarray(place), "force": np.asarray(np.round(load, 4))}
+    assert alone(values) == {}
+    values["force"][30] += 0.2
+    assert list(alone(values)["force"]) == [30]

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from turning_press import observed, turning_press
 
+from calib.lab import read_lab_file
+
 PRESS = turning_press()
 
 
@@ -131,3 +133,26 @@ def test_a_level_of_a_coarse_display_and_a_jump_from_it_are_not_filled_cells(tmp
     coarse = np.where(np.arange(200) < 40, 97.0, 97.0 + digits) + np.where(np.arange(200) < 60, 0.0, digits)
     obs = observed(tmp_path, {q: v[:100] for q, v in (PRESS.columns | {"capacitance": coarse}).items()})
     assert not any("of the record, while" in r for r in obs.reason)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_a_load_that_reaches_the_end_of_its_range_while_the_ball_goes_on_holds_no_peak(tmp_path: Path, share: float) -> None:
+    place = np.linspace(0.0, 0.8e-3, 90)
+    load = np.minimum(5.0 * (place / 0.8e-3) ** 1.5, share * 5.0)
+    rows = "".join(f"{0.1 * i:.1f},{x * 1e3:.4f},{f:.4f}\n" for i, (x, f) in enumerate(zip(place, load, strict=True)))
+    path = tmp_path / "press.csv"
+    path.write_text(f"Time (s),Displacement (mm),Force (N)\n{rows}")
+    assert any("the end of its range" in note for note in read_lab_file(path).notes)
+
+
+def test_a_load_that_stands_to_the_end_while_the_ball_goes_back_was_not_measured_there(tmp_path: Path) -> None:
+    place = np.concatenate([np.linspace(0.0, 0.8, 60), np.linspace(0.79, 0.0, 60)])
+    load = 5.0 * np.clip(place - 0.15, 0.0, None) ** 1.5 + np.random.default_rng(2).normal(0.0, 3e-3, 120)
+    load[40:] = load[40]
+    rows = "".join(f"{0.1 * i:.1f},{x:.4f},{f:.4f}\n" for i, (x, f) in enumerate(zip(place, load, strict=True)))
+    path = tmp_path / "press.csv"
+    path.write_text(f"Time (s),Displacement (mm),Force (N)\n{rows}")
+    table = read_lab_file(path)
+    assert [r for r, why in enumerate(table.reasons) if why] == list(range(41, 120))
+    assert any("not measured there" in note for note in table.notes)
+    assert not any("the end of its range" in note for note in table.notes)
