@@ -55,7 +55,7 @@ from calib.lab.instruments.unit_choice import (
 )
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import words
-from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
+from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
@@ -89,30 +89,9 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         return _read_rows(sheet, family, reason, reading)
     asked = rows_asked(sheet, reading)
     table = _read_rows(only_rows(sheet, asked.kept), family, reason, reading)
-    return _among_all(table, sheet, asked)
-
-
-def _among_all(table: LabTable, sheet: Sheet, asked: RowsAsked) -> LabTable:
-    """A table of some rows with the others between them: without readings, each with the reason why."""
-    kept = asked.kept
-    columns: dict[str, FloatArray] = {}
-    for quantity, values in table.columns.items():
-        columns[quantity] = np.full(len(kept), np.nan)
-        columns[quantity][kept] = values
-        columns[quantity].flags.writeable = False
-    own = iter(table.reasons)
-    all_reasons = tuple(next(own) if k else asked.reasons[r] for r, k in enumerate(kept.tolist()))
-    rows = np.flatnonzero(kept)
     keys = {key.what: key for key in (_unread(sheet, index, "rows are chosen by it") for index in asked.columns)}
-    return replace(
-        table,
-        columns=MappingProxyType(columns),
-        lines=sheet.lines,
-        reasons=all_reasons,
-        notes=(*asked.notes, *table.notes),
-        unread=tuple(keys.get(unread.what, unread) for unread in table.unread),
-        zeroed={q: tuple(rows[list(of)].tolist()) for q, of in table.zeroed.items()},
-    )
+    unread = (*asked.others, *(keys.get(unread.what, unread) for unread in table.unread))
+    return replace(table, notes=(*asked.notes, *table.notes), unread=unread)
 
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:

@@ -24,7 +24,8 @@ class Reading:
     units : quantity -> unit, such as {"force": "kN"}; used instead of what the file says.
     columns : quantity -> header cell as written, or the number of the column from 1, such as {"force": "Load 2"}.
     specimen : which of several specimens in the file, from 1; None if the file is expected to hold one.
-    where : column -> value, such as {"Frequency (Hz)": "1000"}: only rows that hold these values are read.
+    where : column -> value, such as {"Frequency (Hz)": "1000"}: only rows that hold these values are read, as if the
+        file held no others.
     sheet : which sheet of a workbook, group of a TDMS file or variable of a MAT file; "" if there is one that fits.
     sign : quantity (force, displacement) -> "compression positive" or "compression negative", where the file leaves it open.
     scale : "micro" for instruments of nanometres and micronewtons, whose readings are implausibly small otherwise; else "".
