@@ -19,6 +19,16 @@ from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
 
 
+@dataclass(frozen=True)
+class Scaling:
+    """A factor or offset that a line states of one column: 1-based line, words, "factor" or "offset", and the number."""
+
+    line: int
+    words: str
+    kind: str
+    value: float
+
+
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """One record of a lab file, cut into cells.
@@ -39,6 +49,7 @@ class Sheet:
     set_aside : column -> why it is not read although the file may name it, as of another specimen.
     reasons : row from 0 -> why its cells cannot be trusted.
     declared_factors : quantity, "" for none in particular -> (words, 1-based line) that state a factor of its readings.
+    scalings : column -> what rows of factors and offsets, or a table of channels, state of it.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
     beside : 1-based line and words of what stands above, below and among the rows, in empty columns and on cells.
     """
@@ -60,6 +71,7 @@ class Sheet:
     reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
     declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    scalings: Mapping[int, tuple[Scaling, ...]] = field(default_factory=dict)
     beside: tuple[tuple[int, str], ...] = ()
 
     @property
