@@ -33,6 +33,7 @@ from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
+from calib.lab.instruments.row_counts import told_rows
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -85,6 +86,13 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         With every fault: a needed column missing, a choice of columns or of rows that the file leaves open, a unit missing,
         unknown or contradictory, readings of an implausible size, text in a number cell, an ambiguous decimal mark.
     """
+    table = _read_rows_asked(sheet, family, reason, reading)
+    count, note = told_rows(sheet)
+    return replace(table, told_rows=(len(sheet.lines), count), notes=(*table.notes, note)) if count else table
+
+
+def _read_rows_asked(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
+    """Read the rows that the user chose, all where none are chosen."""
     if not reading.where:
         return _read_rows(sheet, family, reason, reading)
     asked = rows_asked(sheet, reading)

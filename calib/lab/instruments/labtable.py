@@ -81,6 +81,7 @@ class LabTable:
     conventions : quantity -> 1 or -1, the sign of compression by a line beside the table, and that in words.
     written : "force", "capacitance" -> the readings in the unit of the file, (n_row,); of a series capacitance that was
         converted, as they were: what the steps of the instrument are seen in.
+    told_rows : how many rows the record has in the file, and a line beside it says, where these are more; else None.
     """
 
     path: Path
@@ -101,3 +102,4 @@ class LabTable:
     zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     conventions: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     written: Mapping[str, FloatArray] = field(default_factory=dict)
+    told_rows: tuple[int, int] | None = None
