@@ -87,7 +87,7 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
         shift = 1 if labels[0] == 0 and len(cells) == len(sheet.names) + 1 else 0
         shown = f'"{cells[labels[0]]}"'
     elif not labels and alone and _is_of_factors(sheet, cells):
-        kind, shift, shown = "factor", 0, f'"{line.strip()[:_LONGEST]}"'
+        kind, shift, shown = "", 0, f'"{line.strip()[:_LONGEST]}"'
     else:
         return
     if shift + len(sheet.names) < len(cells) or sum(_number(c) is not None for c in cells) < 2:

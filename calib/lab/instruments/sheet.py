@@ -21,12 +21,24 @@ from calib.lab.instruments.vocabulary import Heading, heading_as, understand, wo
 
 @dataclass(frozen=True)
 class Scaling:
-    """A factor or offset that a line states of one column: 1-based line, words, "factor" or "offset", and the number."""
+    """A factor or offset that a line states of one column.
+
+    Attributes
+    ----------
+    line, words : 1-based line, and the words beside the number; the line itself where there are none.
+    kind : "factor", "offset", or "" for a number without words, which may be a factor.
+    value : the number.
+    """
 
     line: int
     words: str
     kind: str
     value: float
+
+    @property
+    def says(self) -> str:
+        """What it does, in words."""
+        return {"factor": "states a factor", "offset": "states an offset"}.get(self.kind, "may state a factor")
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,10 +40,6 @@ def _asked_unit(quantity: str, reading: Reading) -> str | None:
     return reading.units.get(quantity, reading.units.get(IN_PLACE_OF.get(quantity, quantity)))
 
 
-# What a number is called that a line states of a column.
-_A = {"factor": "a factor", "offset": "an offset"}
-
-
 def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> tuple[Fault | None, float]:
     """The factor from a column's unit to SI, wherever the unit stands: said by the user, in the name, below it, or above.
 
@@ -86,16 +82,16 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
             f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
         )
-    scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (1 if s.kind == "factor" else 0)]
+    scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (0 if s.kind == "offset" else 1)]
     if scaled:
         line = scaled[0].line
-        stated = " and ".join(f"{s.words} in line {s.line} states {_A[s.kind]} of {s.value:g}" for s in scaled)
-        way = "Say the unit with the factor that makes it right"
+        stated = " and ".join(f"{s.words} in line {s.line} {s.says} of {s.value:g}" for s in scaled)
+        way = "Say the unit with the factor that makes it right, or the unit alone"
         if any(s.kind == "offset" for s in scaled):
-            way = "Write the readings as they have to be, and empty the number"
+            way = "Write the readings as they have to be, and empty the number, or say the unit alone"
         return fault(
             f'{stated}: the readings of column "{name}" may hold this already, or have to be changed by it yet',
-            f"{way}, or say the unit alone if they are right: {listed}",
+            f"{way} if they are right: {listed}",
         )
     said = [unit for unit in (inside, below, declared) if unit]
     words = next((c.strip() for c in sheet.columns[index] if c.strip() and not is_missing(c)), "") if not said else ""

@@ -104,17 +104,23 @@ def test_semicolons_before_a_header_are_a_mark_only_where_they_do_not_part_cells
     assert_right(read_lab_file(lab_file(tmp_path, ";" + ";".join(HEAD), *joined(rows, ";"))))
 
 
-@pytest.mark.parametrize("line", ["1,2,3", "0,1,2", "CH1,CH2,CH3", "----,----,----", "=====", "1,0.998,2.314"])
+@pytest.mark.parametrize("line", ["1,2,3", "0,1,2", "CH1,CH2,CH3", "----,----,----", "====="])
 @pytest.mark.parametrize("place", ["above units", "below units", "no units"])
-def test_counts_rulers_and_gains_below_a_header_are_no_readings(tmp_path: Path, line: str, place: str) -> None:
+def test_counts_and_rulers_below_a_header_are_no_readings(tmp_path: Path, line: str, place: str) -> None:
     head = [",".join(HEAD)] if place == "no units" else ["Time,Extension,Load"]
     units = [] if place == "no units" else ["(s),(mm),(N)"]
-    if place == "above units" and line == "1,0.998,2.314":
-        return
     below = [line, *units] if place == "above units" else [*units, line]
     table = read_lab_file(lab_file(tmp_path, *head, *below, *joined(ROWS)))
     assert_right(table)
     assert f"line {len(head) + below.index(line) + 1}:" in unread(table)
+
+
+@pytest.mark.parametrize("units", [[], ["(s),(mm),(N)"]])
+def test_gains_below_a_header_are_no_readings_and_asked_about(tmp_path: Path, units: list[str]) -> None:
+    path = lab_file(tmp_path, "Time,Extension,Load" if units else ",".join(HEAD), *units, "1,0.998,2.314", *joined(ROWS))
+    with pytest.raises(InputError, match=r"may state a factor of 0\.998.*\n.*may state a factor of 2\.314"):
+        read_lab_file(path)
+    assert_right(read_lab_file(path, Reading(units={"displacement": "mm", "force": "N"})))
 
 
 def test_counts_of_many_columns_of_which_two_have_decimals_are_no_readings(tmp_path: Path) -> None:
