@@ -99,11 +99,12 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             others = sum(is_unit_of(sheet.unit_written(i) or "?", "displacement") for i in range(len(sheet.names))) > 1
             moves = " that moves" if others else ""
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
-            notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
+            notes += [_by_unit_note(sheet, best.index, best.heading)] if best.index in by_unit else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             faults += _at_rest(sheet, quantity, candidates)
     notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
     notes += _without_empty_capacitance(sheet, chosen, unread)
+    notes += _letter_of_a_place(sheet, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -203,9 +204,10 @@ def _passed_by_note(sheet: Sheet, index: int, quantity: str, words: str) -> str:
     )
 
 
-def _by_unit_note(sheet: Sheet, index: int, quantity: str) -> str:
-    name, unit = sheet.names[index], sheet.unit_written(index) or sheet.names[index]
-    return f'{quantity} is taken from "{name}", the only column in {unit}: if it is something else, --columns {quantity}=none'
+def _by_unit_note(sheet: Sheet, index: int, heading: Heading) -> str:
+    name, unit, quantity = sheet.names[index], sheet.unit_written(index) or sheet.names[index], heading.quantity
+    why = "a letter with more than any capacitor has" if heading.letter else f"the only column in {unit}"
+    return f'{quantity} is taken from "{name}", {why}: if it is something else, --columns {quantity}=none'
 
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:
@@ -339,6 +341,17 @@ def _without_empty_capacitance(sheet: Sheet, chosen: dict[str, tuple[int, Headin
             unread[index] = "empty"
             notes.append(f'"{_shown(sheet, index)}" has no reading in any row: the press is read without it')
     return notes
+
+
+def _letter_of_a_place(sheet: Sheet, chosen: dict[str, tuple[int, Heading]]) -> list[str]:
+    """Take a letter D beside a force for the displacement, where there is none, nor a capacitance of which it is a loss."""
+    index, heading = chosen.get("dissipation", (-1, None))
+    alone = "force" in chosen and not {"displacement", "capacitance", "capacitance_series"} & chosen.keys()
+    if heading is None or not (alone and heading.letter) or heading.unit or index in sheet.assigned:
+        return []
+    del chosen["dissipation"]
+    chosen["displacement"] = index, replace(heading, quantity="displacement")
+    return [f'displacement is taken from "{_shown(sheet, index)}", beside a force and no capacitance']
 
 
 def _drop_what_has_no_use(

@@ -13,10 +13,17 @@ from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.brackets import tidy, unit_of_capitals, unit_of_small_letters, usual_case, without_brackets
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
+from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.together import understood_together
 from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
+
+# What is more than the capacitance of any sample [F], a force by its letter alone, and cells that are looked at.
+_NO_FARAD = 1e-3
+_FORCE = Heading("force", 4 * PLAIN, "f", None, letter=True)
+_SEEN = 2000
 
 
 @dataclass(frozen=True)
@@ -159,8 +166,22 @@ class Sheet:
         return designated(self.names, tuple(map(self.unit_below, range(len(self.names)))))
 
     def alone_in_unit(self) -> dict[int, Heading]:
-        """The columns of names that are not understood, each the only one in a unit: cell index -> heading."""
-        return alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        """The columns of names that are not understood, each the only one in a unit: cell index -> heading.
+
+        A letter F with more than any capacitor has is no farad but a force without a unit.
+        """
+        found = alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        letters = [i for i, h in found.items() if self.names[i] == "F" == h.unit]
+        if not letters or not self.columns or any(h.quantity == "force" for h in found.values()):
+            return found
+        return found | {i: _FORCE for i in letters if self._reaches(i, _NO_FARAD)}
+
+    def _reaches(self, column: int, limit: float) -> bool:
+        """Whether most cells of a column, with either decimal mark, hold numbers, some of them beyond a limit."""
+        marks = [self.declared_decimal] if self.declared_decimal else [".", ","]
+        tried = [to_numbers([c.strip() for c in self.columns[column][:_SEEN]], mark).values for mark in marks]
+        sizes = [np.abs(v[np.isfinite(v)]) for v in tried]
+        return any(2 * size.size > v.size > 0 and float(size.max()) > limit for size, v in zip(sizes, tried, strict=True))
 
 
 class SeveralSpecimens(InputError):

@@ -716,3 +716,25 @@ def test_a_table_with_one_reading_a_row_is_refused_with_what_makes_a_press_of_it
     assert "pivot" in fault.advice
     wide = [("time_s", T), ("force_N", values[::2]), ("disp_mm", values[1::2])]
     np.testing.assert_allclose(read(tmp_path, wide).columns["force"], np.array(F, dtype=float))
+
+
+@pytest.mark.parametrize("letter", ["d", "D"])
+def test_letters_of_a_press_without_units_ask_for_units_alone(tmp_path: Path, letter: str) -> None:
+    table = [("t", T), (letter, D), ("F", F)]
+    error = refused(tmp_path, table)
+    assert [fault.message for fault in error.faults if "has no unit" not in fault.message] == []
+    read_so = read(tmp_path, table, units={"time": "s", "displacement": "mm", "force": "N"})
+    np.testing.assert_allclose(read_so.columns["force"], force_of(F, 1.0))
+    assert "displacement" in read_so.columns
+    assert any('force is taken from "F"' in note for note in read_so.notes)
+
+
+def test_a_letter_f_of_a_capacitance_is_one_and_of_more_a_force(tmp_path: Path) -> None:
+    farads = [f"{float(c) * 1e-12:.6g}" for c in C]
+    table = read(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("F", farads)])
+    np.testing.assert_allclose(table.columns["capacitance"], [float(c) for c in farads])
+    error = refused(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("F", F)])
+    assert "--units force=" in error.faults[0].advice
+    beside = read(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F), ("d", D)])
+    assert "displacement" in beside.columns
+    assert beside.sources["displacement"] == "Extension (mm)"
