@@ -161,7 +161,7 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
     if not data.strip(b"\r\n\t ,;\x00\xef\xbb\xbf\xff\xfe"):
         raise InputError(Fault("the file is empty", path, advice="Export it again from the instrument's software"))
-    encoding, text = _decode(path, data)
+    encoding, text = _decode(path, _without_end_of_dos(data))
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if "D+" in text or "D-" in text:
@@ -178,6 +178,12 @@ def read_lab_text(path: Path) -> LabText:
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=(*digits, *notes))
+
+
+def _without_end_of_dos(data: bytes) -> bytes:
+    """A file without the sign (0x1A) by which DOS, and programs that remember it, end a text, once or until a block is full."""
+    body = data.rstrip(b"\x1a\r\n")
+    return body + b"\n" if b"\x1a" in data[len(body) :] else data
 
 
 def _without_marks(text: str) -> str:
@@ -273,7 +279,8 @@ def _goes_on(line: str, following: str) -> bool:
     return sum(map(is_numeric, re.split(r"[,;\t]", following.replace('"', "")))) < 2
 
 
-# Zero bytes in a text that is damaged, as a share of it; other files have more.
+# Control characters in a text that is damaged, and zero bytes as a share of it; other files have more.
+_FEW_CONTROLS = 20
 _FEW_ZEROS = 0.05
 _EXPORT = "Export a CSV file or a workbook from the instrument's software"
 
@@ -316,6 +323,12 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
         message = "the file is not text: zero bytes, as a power cut leaves them, stand in this line"
         advice = f"Cut them off if nothing else is lost. {_EXPORT}"
         raise InputError(Fault(message, path, data.count(b"\n", 0, zero) + 1, advice=advice))
+    control = [] if zero >= 0 else list(islice(_CONTROL.finditer(data.decode("latin-1")), _FEW_CONTROLS + 1))
+    if 0 < len(control) <= _FEW_CONTROLS:
+        message = f"the file is not text: a control character (0x{ord(control[0][0]):02X}) stands in this line"
+        line = len(re.findall(rb"\r\n?|\n", data[: control[0].start()])) + 1
+        advice = f"Take it out if no reading is lost with it. {_EXPORT}"
+        raise InputError(Fault(message, path, line, advice=advice))
     raise InputError(Fault("the file is not text", path, advice=_EXPORT))
 
 

@@ -210,3 +210,19 @@ def test_a_first_row_of_maxima_is_none_of_the_record(tmp_path: Path) -> None:
 def test_the_programs_words_for_a_spreadsheets_error_are_no_comments(tmp_path: Path) -> None:
     rows = [("#REF!", *row[1:]) if i == 7 else row for i, row in enumerate(ROWS)]
     assert '"#REF!"' in refusal(lab_file(tmp_path, ",".join(HEAD), *joined(rows)))
+
+
+@pytest.mark.parametrize("end", [b"\x1a", b"\n\x1a", b"\r\n\x1a", b"\n\x1a\x1a\x1a\n", b"\x1a\r\n", b"\n" + b"\x1a" * 128])
+def test_the_sign_by_which_dos_ends_a_text_ends_it(tmp_path: Path, end: bytes) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_bytes("\n".join([",".join(HEAD), *joined(ROWS)]).encode() + end)
+    assert_right(read_lab_file(path))
+
+
+@pytest.mark.parametrize(("sign", "shown"), [("\x1a", "0x1A"), ("\x05", "0x05"), ("\x7f", "0x7F")])
+@pytest.mark.parametrize("line", [1, 7])
+def test_a_control_character_within_a_text_is_refused_with_its_line(tmp_path: Path, sign: str, shown: str, line: int) -> None:
+    lines = [",".join(HEAD), *joined(ROWS)]
+    lines[line - 1] = lines[line - 1][:3] + sign + lines[line - 1][3:]
+    said = refusal(lab_file(tmp_path, *lines))
+    assert f"lab.csv:{line}: the file is not text: a control character ({shown}) stands in this line" in said
