@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,7 +75,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings |= by_cells
     by_axis = _x_alone(sheet, headings, unread)
     headings |= by_axis
-    by_unit = sheet.alone_in_unit()
+    by_unit, by_function = sheet.alone_in_unit(), sheet.by_function()
     headings = {i: h for i, h in headings.items() if i not in by_unit or i in sheet.assigned or _goes_with(sheet, i, headings)}
     headings, passed_by = _with_words_passed_by(sheet, headings)
     by_quantity: dict[str, list[PossibleColumn]] = {}
@@ -100,9 +100,10 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             moves = " that moves" if others else ""
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
             notes += [_by_unit_note(sheet, best.index, best.heading)] if best.index in by_unit else []
+            notes += [_by_function_note(sheet, best.index, quantity)] if best.index in by_function else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             faults += _at_rest(sheet, quantity, candidates)
-    notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
+    notes += _made_records(sheet, chosen, {*by_cells, *by_axis, *by_unit, *by_function})
     notes += _without_empty_capacitance(sheet, chosen, unread)
     notes += _letter_of_a_place(sheet, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
@@ -210,6 +211,10 @@ def _by_unit_note(sheet: Sheet, index: int, heading: Heading) -> str:
     return f'{quantity} is taken from "{name}", {why}: if it is something else, --columns {quantity}=none'
 
 
+def _by_function_note(sheet: Sheet, index: int, quantity: str) -> str:
+    return f'{quantity} is taken from "{sheet.names[index]}", as "{sheet.by_function()[index][1]}" above says'
+
+
 def _says_nothing(sheet: Sheet, index: int) -> bool:
     """Whether the name of a column tells nothing of what it is."""
     reason = why_unread(sheet.names[index], sheet.unit_below(index)) if sheet.names[index] else ""
@@ -224,12 +229,12 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
     return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
 
 
-def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_cells: Mapping[int, Heading]) -> list[str]:
-    """The notes on columns that are a record only by what stands beside them."""
+def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], told: Collection[int]) -> list[str]:
+    """The notes on columns that are a record only by what stands beside them, but for those of which one is made already."""
     notes, designations = [], sheet.designated()
     for quantity, (index, _) in chosen.items():
         name, below = sheet.names[index], sheet.unit_below(index)
-        if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
+        if index in sheet.assigned or index in told or understand(name, below) is not None:
             continue
         if index in designations and as_a_mean(name, below) is None:
             notes.append(_passed_by_note(sheet, index, quantity, designations[index][1]))

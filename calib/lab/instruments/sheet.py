@@ -11,6 +11,7 @@ import numpy as np
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.brackets import tidy, unit_of_capitals, unit_of_small_letters, usual_case, without_brackets
+from calib.lab.instruments.by_function import by_function
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.meanings import PLAIN
@@ -158,12 +159,17 @@ class Sheet:
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
         together = together | {i: heading for i, (heading, _) in self.designated().items()} | self.alone_in_unit()
+        together = together | {i: heading for i, (heading, _) in self.by_function().items()}
         more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
         return found | more
 
     def designated(self) -> dict[int, tuple[Heading, str]]:
         """The columns that are named by an instrument beside the quantity: cell index -> heading, and the words of it."""
         return designated(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+
+    def by_function(self) -> dict[int, tuple[Heading, str]]:
+        """The columns of a meter whose function is named above: cell index -> heading, and the words of it."""
+        return by_function(self.names, tuple(map(self.unit_below, range(len(self.names)))), self.prelude)
 
     def alone_in_unit(self) -> dict[int, Heading]:
         """The columns of names that are not understood, each the only one in a unit: cell index -> heading.
