@@ -24,7 +24,7 @@ from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
-from calib.lab.instruments.no_time import note_on_time
+from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
@@ -115,7 +115,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     one_each = one_reading_a_row(sheet, choice.chosen) if missing else None
     if one_each is not None:
         raise InputError(one_each)
-    faults += missing
+    counted = counted_time(sheet, [i for i, _ in choice.chosen.values()], unread) if missing else ""
+    faults += [
+        replace(f, advice=f"{counted}. {f.advice}") if counted and f.message.startswith("no time column") else f
+        for f in missing
+    ]
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []

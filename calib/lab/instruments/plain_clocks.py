@@ -13,6 +13,7 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import counts_clock
 from calib.lab.instruments.units import is_unit_of, lab_factor
@@ -71,12 +72,14 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
     if sheet.text.typed:
         return sheet
     columns, notes = list(sheet.columns), list(sheet.notes)
-    headings = sheet.headings()
+    headings, others = sheet.headings(), list(sheet.columns)
     for index in range(min(len(sheet.names), len(columns))):
         heading = headings.get(index)
         is_time = heading is not None and heading.quantity == "time"
         if index in sheet.set_aside or not (is_time or heading is None):
             continue
+        if heading is None and any(map(holds_clock, others[:index] + others[index + 1 :])):
+            continue  # days beside times of day
         name = sheet.names[index] or f"column {index + 1}"
         dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
         if dotted is not None:
