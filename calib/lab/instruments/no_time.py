@@ -12,7 +12,7 @@ from calib.errors import in_shell
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import unit_of_numbers
+from calib.lab.instruments.times import gone_on, unit_of_numbers
 from calib.lab.instruments.units import asked_factor, is_unit_of
 from models.sensor import FloatArray
 
@@ -131,8 +131,8 @@ def _numbers(sheet: Sheet, index: int) -> FloatArray:
 
 
 def _where_it_falls(sheet: Sheet, index: int) -> str:
-    """Where a column that rises falls back, in words; "" if it does not."""
-    values = _numbers(sheet, index)
+    """Where a column that rises falls back, in words; "" if it does not, or as a counter that overflows."""
+    values, _ = gone_on(sheet, index, _numbers(sheet, index))
     rows = np.flatnonzero(np.isfinite(values))
     fall = np.flatnonzero(np.diff(values[rows]) < 0)
     if not fall.size:

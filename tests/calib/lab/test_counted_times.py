@@ -46,6 +46,17 @@ def test_other_lines_offer_no_interval(tmp_path: Path, line: str) -> None:
     assert 'if it is to be the time, --columns time=No. --units "time=... s"' in error.value.faults[0].advice
 
 
+def test_a_counter_that_overflows_is_offered_as_one_time(tmp_path: Path) -> None:
+    rows = [f"{(2**32 - 200 + 10 * k) % 2**32},{c:.4f}" for k, c in enumerate(CP.tolist())]
+    path = written(tmp_path, ["ms,cap_pF", *rows])
+    with pytest.raises(InputError, match="no time column") as error:
+        read_lab_file(path)
+    assert '"ms" rises from row to row as one does: if it is one, --columns time=ms' in error.value.faults[0].advice
+    assert "begins anew" not in error.value.faults[0].advice
+    table = read_lab_file(path, Reading(columns={"time": "ms"}, units={"time": "ms"}))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.01)
+
+
 @pytest.mark.parametrize("dates", [("12.03.24", "12.03.24"), ("12.03.24", "13.03.24"), ("01.02.24", "02.02.24")])
 @pytest.mark.parametrize("name", ["Datum", "Tag", "Day"])
 def test_dates_beside_times_of_day_are_read_as_no_time_of_day(tmp_path: Path, dates: tuple[str, str], name: str) -> None:
