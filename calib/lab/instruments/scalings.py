@@ -22,7 +22,7 @@ _SAYS_FACTOR, _SAYS_OFFSET = (
     re.compile(rf"(?<![^\W_])(?:{pattern})(?![^\W_])", re.IGNORECASE) for pattern in (_FACTOR, _OFFSET)
 )
 # How far an instrument reaches is no factor, and words beside these may be of a table of their own.
-_NO_FACTOR = re.compile(r"range|bereich|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
+_NO_FACTOR = re.compile(r"range|bereich|vertical|horizontal|/ ?div|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
 _TIMES = re.compile(r"\s*(?:[x×*]\s?(?P<behind>\d+(?:[.,]\d+)?)|(?P<before>\d+(?:[.,]\d+)?)\s?[x×])\s*", re.IGNORECASE)
 
 

@@ -85,6 +85,7 @@ def test_an_offset_that_is_stated_of_a_column_is_asked_about(tmp_path: Path, off
         ["Ch,Name,Unit,Range", "1,Time,s,1", "2,Displacement,mm,10", "3,Force,N,50", ""],
         ["Ch,Name,Sensitivity", "1,Displacement,2.01", "2,Force,1.998", ""],
         ["Plot scale,1,2,3"],
+        ["Vertical Scale,1,2,5", "Vertical Offset,0,0.5,1"],
         ["Range,1,10,50"],
         ["Max,9.0,1.1,4.0"],
     ],
