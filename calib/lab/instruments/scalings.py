@@ -16,7 +16,10 @@ from calib.lab.instruments.vocabulary import words
 # Lines above a header and below a table that may speak of it, and rows at either end of it that are none.
 _BESIDE = 200
 _LONGEST = 40
-_FACTOR = rf"{SCALE}|slopes?|pentes?|steigung(?:en)?|pendenz[ae]|pendientes?|helling|nachylenie|斜率|傾き"
+_FACTOR = (
+    rf"{SCALE}|skalierung(?:en)?|multiplicadore?s?|slopes?|pentes?|steigung(?:en)?|pendenz[ae]|pendientes?|helling|"
+    r"nachylenie|斜率|傾き"
+)
 _OFFSET = r"(?:zero[ _-]?)?offsets?|intercepts?|achsenabschnitte?|versatz|décalages?|desfases?|偏移|オフセット|切片"
 _SAYS_FACTOR, _SAYS_OFFSET = (
     re.compile(rf"(?<![^\W_])(?:{pattern})(?![^\W_])", re.IGNORECASE) for pattern in (_FACTOR, _OFFSET)
@@ -24,6 +27,8 @@ _SAYS_FACTOR, _SAYS_OFFSET = (
 # How far an instrument reaches is no factor, and words beside these may be of a table of their own.
 _NO_FACTOR = re.compile(r"range|bereich|vertical|horizontal|/ ?div|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
 _TIMES = re.compile(r"\s*(?:[x×*]\s?(?P<behind>\d+(?:[.,]\d+)?)|(?P<before>\d+(?:[.,]\d+)?)\s?[x×])\s*", re.IGNORECASE)
+# "Scale factors: 1", "gain = 1" before more numbers.
+_LABEL_AND_NUMBER = re.compile(r"(?P<label>[^\W\d][^\d:=]*?)\s*[:=]\s*(?P<number>[+-]?\d[\d.,eE+-]*)")
 
 
 def with_scalings(sheet: Sheet, names_at: Sequence[int], start: int) -> Sheet:
@@ -82,6 +87,8 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
     if len(line) > _LONGEST * max(len(sheet.names), 2):
         return
     cells = [c.strip() for c in split_line(line, sheet.delimiter)]
+    together = _LABEL_AND_NUMBER.fullmatch(cells[0]) if cells and len(cells[0]) <= 2 * _LONGEST else None
+    cells = [together["label"], together["number"], *cells[1:]] if together is not None else cells
     labels = [i for i, c in enumerate(cells) if c and _number(c) is None and c.strip("-–—")]
     if len(labels) == 1 and (kind := _kind(cells[labels[0]])):
         shift = 1 if labels[0] == 0 and len(cells) == len(sheet.names) + 1 else 0
@@ -115,7 +122,7 @@ def _of_channels(sheet: Sheet, above: Sequence[int]) -> Iterator[tuple[int, Scal
         line = without_comment_mark(sheet.text.lines[number - 1], sheet.delimiter)
         cells = [c.strip() for c in split_line(line, sheet.delimiter)]
         named = {i: (kind, c) for i, c in enumerate(cells) if (kind := _kind(c)) and not any(map(is_numeric, cells))}
-        if named and len(cells) > 1 + len(named):
+        if named and len([c for c in cells if c]) > len(named):
             columns = named
             continue
         numbers = {i: value for i in columns if i < len(cells) and (value := _number(cells[i])) is not None}

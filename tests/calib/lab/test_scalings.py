@@ -37,6 +37,9 @@ LAYOUTS = {
     "a cell more than names": ["Channel factors:,1,1,{}", *NAMED, *ROWS],
     "numbers alone": ["Time,Displacement,Force", "s,mm,N", "1,1,{}", *ROWS],
     "table of channels": ["Ch,Name,Unit,Scale", "1,Time,s,1", "2,Displacement,mm,1", "3,Force,N,{}", "", *NAMED, *ROWS],
+    "label and numbers in words": ["Scale factors: 1, 1, {}", *NAMED, *ROWS],
+    "two columns": ["Channel,Gain", "Displacement,1", "Force,{}", "", *NAMED, *ROWS],
+    "factors and offsets": ["Kanal,Offset,Skalierung", "Weg,0,1", "Kraft,0,{}", "", *NAMED, *ROWS],
     "table of channels by name": ["Channel,Gain,Low pass", "A1,1,10", "A2,{},10", "", "Time (s),A1 [mm],A2 [N]", *ROWS],
 }
 
@@ -54,6 +57,13 @@ def test_a_factor_that_is_stated_of_a_column_is_asked_about(tmp_path: Path, layo
         good = np.array([not why.startswith("no reading") for why in seen.table.reasons])
         time, force = seen.table.columns["time"], seen.table.columns["force"]
         np.testing.assert_allclose(force[good & np.isfinite(time)], by * np.round(FORCE, 4), atol=1e-9)
+
+
+def test_factors_in_a_comment_between_names_and_rows_are_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"states a factor of 0\.1"):
+        read_lab_file(written(tmp_path, [*NAMED, "# scale: 1, 1, 0.1", *ROWS]))
+    rows = [line.replace(",", " ") for line in ("Time Displacement Force", "s mm N", "", *ROWS, "")]
+    assert len(read_lab_file(written(tmp_path, rows)).lines) == N
 
 
 @pytest.mark.parametrize("layout", list(LAYOUTS))
