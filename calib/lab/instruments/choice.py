@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,7 +75,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings |= by_cells
     by_axis = _x_alone(sheet, headings, unread)
     headings |= by_axis
-    by_unit = sheet.alone_in_unit()
+    by_unit, by_function = sheet.alone_in_unit(), sheet.by_function()
     headings = {i: h for i, h in headings.items() if i not in by_unit or i in sheet.assigned or _goes_with(sheet, i, headings)}
     headings, passed_by = _with_words_passed_by(sheet, headings)
     by_quantity: dict[str, list[PossibleColumn]] = {}
@@ -99,7 +99,8 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             others = sum(is_unit_of(sheet.unit_written(i) or "?", "displacement") for i in range(len(sheet.names))) > 1
             moves = " that moves" if others else ""
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
-            notes += [_by_unit_note(sheet, best.index, quantity)] if best.index in by_unit else []
+            notes += [_by_unit_note(sheet, best.index, best.heading)] if best.index in by_unit else []
+            notes += [_by_function_note(sheet, best.index, quantity)] if best.index in by_function else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             of_rest = _at_rest(sheet, quantity, candidates)
             moves_at_rest = (
@@ -107,8 +108,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             )
             faults += [] if moves_at_rest else of_rest
             notes += [_NOT_AT_REST.format(sheet.names[best.index])] if moves_at_rest else []
-    notes += _made_records(sheet, chosen, by_cells | by_axis | by_unit)
+    notes += _made_records(sheet, chosen, {*by_cells, *by_axis, *by_unit, *by_function})
     notes += _without_empty_capacitance(sheet, chosen, unread)
+    notes += _letter_of_a_place(sheet, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -208,9 +210,14 @@ def _passed_by_note(sheet: Sheet, index: int, quantity: str, words: str) -> str:
     )
 
 
-def _by_unit_note(sheet: Sheet, index: int, quantity: str) -> str:
-    name, unit = sheet.names[index], sheet.unit_written(index) or sheet.names[index]
-    return f'{quantity} is taken from "{name}", the only column in {unit}: if it is something else, --columns {quantity}=none'
+def _by_unit_note(sheet: Sheet, index: int, heading: Heading) -> str:
+    name, unit, quantity = sheet.names[index], sheet.unit_written(index) or sheet.names[index], heading.quantity
+    why = "a letter with more than any capacitor has" if heading.letter else f"the only column in {unit}"
+    return f'{quantity} is taken from "{name}", {why}: if it is something else, --columns {quantity}=none'
+
+
+def _by_function_note(sheet: Sheet, index: int, quantity: str) -> str:
+    return f'{quantity} is taken from "{sheet.names[index]}", as "{sheet.by_function()[index][1]}" above says'
 
 
 def _says_nothing(sheet: Sheet, index: int) -> bool:
@@ -227,12 +234,12 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
     return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
 
 
-def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], by_cells: Mapping[int, Heading]) -> list[str]:
-    """The notes on columns that are a record only by what stands beside them."""
+def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], told: Collection[int]) -> list[str]:
+    """The notes on columns that are a record only by what stands beside them, but for those of which one is made already."""
     notes, designations = [], sheet.designated()
     for quantity, (index, _) in chosen.items():
         name, below = sheet.names[index], sheet.unit_below(index)
-        if index in sheet.assigned or index in by_cells or understand(name, below) is not None:
+        if index in sheet.assigned or index in told or understand(name, below) is not None:
             continue
         if index in designations and as_a_mean(name, below) is None:
             notes.append(_passed_by_note(sheet, index, quantity, designations[index][1]))
@@ -363,6 +370,17 @@ def _without_empty_capacitance(sheet: Sheet, chosen: dict[str, tuple[int, Headin
             unread[index] = "empty"
             notes.append(f'"{_shown(sheet, index)}" has no reading in any row: the press is read without it')
     return notes
+
+
+def _letter_of_a_place(sheet: Sheet, chosen: dict[str, tuple[int, Heading]]) -> list[str]:
+    """Take a letter D beside a force for the displacement, where there is none, nor a capacitance of which it is a loss."""
+    index, heading = chosen.get("dissipation", (-1, None))
+    alone = "force" in chosen and not {"displacement", "capacitance", "capacitance_series"} & chosen.keys()
+    if heading is None or not (alone and heading.letter) or heading.unit or index in sheet.assigned:
+        return []
+    del chosen["dissipation"]
+    chosen["displacement"] = index, replace(heading, quantity="displacement")
+    return [f'displacement is taken from "{_shown(sheet, index)}", beside a force and no capacitance']
 
 
 def _drop_what_has_no_use(

@@ -24,7 +24,7 @@ from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
-from calib.lab.instruments.no_time import note_on_time
+from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
@@ -35,6 +35,7 @@ from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.rounded import Rounded, course_of, rounded_rows
 from calib.lab.instruments.rounded import in_words as told_of_rounded
+from calib.lab.instruments.row_counts import told_rows
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -59,7 +60,7 @@ from calib.lab.instruments.unit_choice import (
 )
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import words
-from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
+from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
@@ -89,34 +90,20 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         With every fault: a needed column missing, a choice of columns or of rows that the file leaves open, a unit missing,
         unknown or contradictory, readings of an implausible size, text in a number cell, an ambiguous decimal mark.
     """
+    table = _read_rows_asked(sheet, family, reason, reading)
+    count, note = told_rows(sheet)
+    return replace(table, told_rows=(len(sheet.lines), count), notes=(*table.notes, note)) if count else table
+
+
+def _read_rows_asked(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
+    """Read the rows that the user chose, all where none are chosen."""
     if not reading.where:
         return _read_rows(sheet, family, reason, reading)
     asked = rows_asked(sheet, reading)
     table = _read_rows(only_rows(sheet, asked.kept), family, reason, reading)
-    return _among_all(table, sheet, asked)
-
-
-def _among_all(table: LabTable, sheet: Sheet, asked: RowsAsked) -> LabTable:
-    """A table of some rows with the others between them: without readings, each with the reason why."""
-    kept = asked.kept
-    columns: dict[str, FloatArray] = {}
-    for quantity, values in table.columns.items():
-        columns[quantity] = np.full(len(kept), np.nan)
-        columns[quantity][kept] = values
-        columns[quantity].flags.writeable = False
-    own = iter(table.reasons)
-    all_reasons = tuple(next(own) if k else asked.reasons[r] for r, k in enumerate(kept.tolist()))
-    rows = np.flatnonzero(kept)
     keys = {key.what: key for key in (_unread(sheet, index, "rows are chosen by it") for index in asked.columns)}
-    return replace(
-        table,
-        columns=MappingProxyType(columns),
-        lines=sheet.lines,
-        reasons=all_reasons,
-        notes=(*asked.notes, *table.notes),
-        unread=tuple(keys.get(unread.what, unread) for unread in table.unread),
-        zeroed={q: tuple(rows[list(of)].tolist()) for q, of in table.zeroed.items()},
-    )
+    unread = (*asked.others, *(keys.get(unread.what, unread) for unread in table.unread))
+    return replace(table, notes=(*asked.notes, *table.notes), unread=unread)
 
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
@@ -132,7 +119,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     one_each = one_reading_a_row(sheet, choice.chosen) if missing else None
     if one_each is not None:
         raise InputError(one_each)
-    faults += missing
+    counted = counted_time(sheet, [i for i, _ in choice.chosen.values()], unread) if missing else ""
+    faults += [
+        replace(f, advice=f"{counted}. {f.advice}") if counted and f.message.startswith("no time column") else f
+        for f in missing
+    ]
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []

@@ -32,6 +32,7 @@ from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.raw_counts import raw_counts
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.said_again import said_again
+from calib.lab.instruments.scalings import with_scalings
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.side_clocks import of_one_clock
@@ -135,6 +136,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     sheet = of_one_clock(sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
     _check_torn_decimals(whole)
+    whole = with_scalings(whole, names_at, below.start)
     return replace(
         whole,
         notes=(*above, *decided.values(), *whole.notes),

@@ -69,7 +69,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     """Find the line that names the columns, whatever a software writes above it.
 
     Of the lines in which names are understood (or that the user gave), that with most rows of numbers below it, then that
-    with most names, then the first.
+    with most names, then one with as many cells as they have, then the
+    first.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     Delimiter, index of the line from 0, and its cells; None if no line is one.
     """
     wanted = set(reading.columns.values())
-    best: tuple[int, int] = (0, 0)
+    best: tuple[int, int, bool] = (0, 0, False)
     found: tuple[str, int, list[str]] | None = None
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
         if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or _width_of_row(written):
@@ -116,7 +117,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if len(known) < 2 and rows == 0:
                     continue
-                score = (rows, len(known))
+                below = text.lines[index + 1 : index + _ROWS_SEEN]
+                score = (rows, len(known), rows > 0 and _width_below(below, delimiter) == len(cells))
                 if found is not None and rows and is_same_header(cells, found[2]) and best[0]:
                     continue  # the header again
                 if score > best and (rows or len(known) > best[1]):
@@ -126,9 +128,14 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
 
 def _fits_rows(width: int, below: Sequence[str], delimiter: str) -> bool:
     """Whether the first row of numbers below has so many cells, or one more; a line with numbers above others is a setting."""
+    first = _width_below(below, delimiter)
+    return first is None or first in (width, width + 1)
+
+
+def _width_below(below: Sequence[str], delimiter: str) -> int | None:
+    """How many cells the first row of numbers has; None without one."""
     rows = ([cell for cell in split_line(line, delimiter) if cell] for line in below)
-    first = next((r for r in rows if len(r) > 1 and all(is_numeric(c) or is_clock(c) or is_missing(c) for c in r)), None)
-    return first is None or len(first) in (width, width + 1)
+    return next((len(r) for r in rows if len(r) > 1 and all(is_numeric(c) or is_clock(c) or is_missing(c) for c in r)), None)
 
 
 def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], delimiter: str) -> list[int]:

@@ -136,6 +136,7 @@ def remarks_on_scale(
 
     faults: list[Fault] = []
     labels: list[str] = []
+    stating = {stated.line for of_column in sheet.scalings.values() for stated in of_column}
     for index, column in enumerate(sheet.columns):
         if index in used.values():
             continue
@@ -143,7 +144,8 @@ def remarks_on_scale(
         if n_empty == len(column) or compares(column):
             continue
         seldom = n_empty >= (1 - _SELDOM) * len(column)
-        rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]
+        there = (r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip())
+        rows = [r for r in there if not stating or sheet.lines[r] not in stating]
         if seldom:
             speaking = [r for r in rows[:_MOST_REMARKS] if speaks(column[r])]
             of_tables = [r for r in speaking if in_small_table(sheet, r, index, used.values())]

@@ -24,7 +24,8 @@ class Reading:
     units : quantity -> unit, such as {"force": "kN"}; used instead of what the file says.
     columns : quantity -> header cell as written, or the number of the column from 1, such as {"force": "Load 2"}.
     specimen : which of several specimens in the file, from 1; None if the file is expected to hold one.
-    where : column -> value, such as {"Frequency (Hz)": "1000"}: only rows that hold these values are read.
+    where : column -> value, such as {"Frequency (Hz)": "1000"}: only rows that hold these values are read, as if the
+        file held no others.
     sheet : which sheet of a workbook, group of a TDMS file or variable of a MAT file; "" if there is one that fits.
     sign : quantity (force, displacement) -> "compression positive" or "compression negative", where the file leaves it open.
     scale : "micro" for instruments of nanometres and micronewtons, whose readings are implausibly small otherwise; else "".
@@ -80,6 +81,7 @@ class LabTable:
     conventions : quantity -> 1 or -1, the sign of compression by a line beside the table, and that in words.
     written : "force", "capacitance" -> the readings in the unit of the file, (n_row,); of a series capacitance that was
         converted, as they were: what the steps of the instrument are seen in.
+    told_rows : how many rows the record has in the file, and a line beside it says, where these are more; else None.
     """
 
     path: Path
@@ -100,3 +102,4 @@ class LabTable:
     zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     conventions: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     written: Mapping[str, FloatArray] = field(default_factory=dict)
+    told_rows: tuple[int, int] | None = None

@@ -145,6 +145,8 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     worded = not (is_numeric(first) or is_over_range(first) or is_clock(first) or is_missing(first))
     if worded and len(cells) < width and not any(map(is_numeric, cells[2:])):
         return "text"  # `key,value` below the table
+    if worded and first.endswith(":") and len(cells) > width:
+        return "text"  # "Data Header: Time: 10.000 Sec 3/12/2024 2:11:05 PM"
     readings = sum(is_numeric(c) or is_clock(c) for c in cells)
     if worded and readings < sum(bool(c) for c in cells) - readings and readings < 2:
         return "text"  # `key,value,unit`

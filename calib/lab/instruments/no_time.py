@@ -12,14 +12,14 @@ from calib.errors import in_shell
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import unit_of_numbers
+from calib.lab.instruments.times import gone_on, unit_of_numbers
 from calib.lab.instruments.units import asked_factor, is_unit_of
 from models.sensor import FloatArray
 
-# "Sample rate: 50 Hz", "Sampling interval [ms];20", "Abtastrate 100 1/s".
+# "Sample rate: 50 Hz", "Sampling interval [ms];20", "Abtastrate 100 1/s", "Interval,200ms".
 _RATE = re.compile(
-    r"\b(?:sampl\w*|scan|acquisition|data|logging|log|record\w*|measur\w*|abtast\w*|mess\w*|échantillonnage|muestreo)[\s_-]*"
-    r"(?:acquisition[\s_-]*)?(?:rate|frequency|freq|interval|period|time|rate|frequenz|intervall|d'échantillonnage|step)?\b"
+    r"(?:^[\s\"'#%]*inter[vw]al\w*|\b(?:sampl\w*|scan|acquisition|data|logging|log|record\w*|measur\w*|abtast\w*|mess\w*|échantillonnage|muestreo)[\s_-]*"
+    r"(?:acquisition[\s_-]*)?(?:rate|frequency|freq|interval|period|time|rate|frequenz|intervall|d'échantillonnage|step)?)\b"
     r"(?P<between>[^\d]*)(?P<number>\d+(?:[.,]\d+)?)[\s,;]*(?P<unit>[^\W\d]+(?:/s(?:ec)?)?|1/s)?",
     re.IGNORECASE,
 )
@@ -42,6 +42,8 @@ _PER_SECOND = frozenset(
         "readings/s",
     ]
 )
+# How a note on a time that is not read begins.
+_NO_TIME = "no time is read; "
 # Figures with marks between them, as a date or a time of day has: "2024-03-01T10-00-00", "10h 00' 01''".
 _LIKE_A_TIME = re.compile(
     r"[^\W\d]{0,3}[ ,.]?\d{1,8}(?:[^\w+]{1,3}|[^\W\d]{1,3}[ .]?)\d{1,6}(?:[^\d+]{1,3}\d{1,9}){1,5}\D{0,3}"
@@ -68,10 +70,10 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
             continue
         seen = [c for c in sheet.columns[index][:_SEEN] if c.strip()]
         if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):
-            return f'no time is read; if "{_name(sheet, index)}" is one: {_asked(sheet, index)}'
+            return f'{_NO_TIME}if "{_name(sheet, index)}" is one: {_asked(sheet, index)}'
         if _seem_times(seen):
             return (
-                f'no time is read; if "{_name(sheet, index)}" is one, its cells ("{seen[0].strip()[:40]}") are in a form that '
+                f'{_NO_TIME}if "{_name(sheet, index)}" is one, its cells ("{seen[0].strip()[:40]}") are in a form that '
                 f'is not understood: write them as "2024-05-02 12:30:01.5", or in seconds, and then {_asked(sheet, index)}'
             )
         values = _numbers(sheet, index)
@@ -89,21 +91,31 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units {in_shell(f'time={rising[1]}')}"
         if falls:
             return (
-                f'no time is read; "{name}" rises from row to row as one does, but {falls}, as where a clock begins anew: '
+                f'{_NO_TIME}"{name}" rises from row to row as one does, but {falls}, as where a clock begins anew: '
                 "if it is one, the rows before and behind are of two records, or its times there are wrong; save them as two "
                 f"files, or correct them, and then {asked}"
             )
-        return f'no time is read; "{name}" rises from row to row as one does: if it is one, {asked}'
+        return f'{_NO_TIME}"{name}" rises from row to row as one does: if it is one, {asked}'
     if counter is None:
         return ""
     name, stated = _name(sheet, counter), _stated_step(sheet)
     if stated is None:
         asked = f'{_asked(sheet, counter)} --units "time=... s", the seconds that one count lasts'
-        return f'no time is read; "{name}" counts the rows: if it is to be the time, {asked}'
+        return f'{_NO_TIME}"{name}" counts the rows: if it is to be the time, {asked}'
     line, step = stated
     asked = f"{_asked(sheet, counter)} --units {in_shell(f'time={step} s')}"
     said = sheet.prelude[line - 1].strip()[:60]
-    return f'no time is read; "{name}" counts the rows and line {line} says "{said}": {asked} reads the time from both'
+    return f'{_NO_TIME}"{name}" counts the rows and line {line} says "{said}": {asked} reads the time from both'
+
+
+def counted_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str]) -> str:
+    """What to do about a time that is needed and not there, where a column counts the rows or rises as one; "" if none does.
+
+    Parameters
+    ----------
+    sheet, used, unread : as of `note_on_time`.
+    """
+    return note_on_time(sheet, used, unread).removeprefix(_NO_TIME)
 
 
 def _seem_times(cells: Sequence[str]) -> bool:
@@ -119,8 +131,8 @@ def _numbers(sheet: Sheet, index: int) -> FloatArray:
 
 
 def _where_it_falls(sheet: Sheet, index: int) -> str:
-    """Where a column that rises falls back, in words; "" if it does not."""
-    values = _numbers(sheet, index)
+    """Where a column that rises falls back, in words; "" if it does not, or as a counter that overflows."""
+    values, _ = gone_on(sheet, index, _numbers(sheet, index))
     rows = np.flatnonzero(np.isfinite(values))
     fall = np.flatnonzero(np.diff(values[rows]) < 0)
     if not fall.size:

@@ -11,8 +11,8 @@ import numpy as np
 
 from models.sensor import BoolArray, FloatArray
 
-#: What the meters write for "no reading" on their bus is at least this.
-OVER_RANGE = 9.9e37
+#: What instruments and programs write for "no reading" is at least this (9.9E37, 1E+30, 9.99999E+28): no unit makes it one.
+OVER_RANGE = 1e20
 
 #: What may set thousands apart besides a mark, and signs; both for a character class of a pattern.
 SPACES = "'’ \u00a0\u202f\u2009"

@@ -13,6 +13,7 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import counts_clock
 from calib.lab.instruments.units import is_unit_of, lab_factor
@@ -47,8 +48,6 @@ _FOUR_PARTS = re.compile(r"(?P<whole>(?:.*\D)?\d{1,2}:[0-5]\d:[0-5]\d):(?P<part>
 _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 # Minutes and seconds with a point between them, and the largest step of such that shows that they are.
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
-# A time of day as it is usually written.
-_WITH_COLONS = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?")
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
 
@@ -73,17 +72,16 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
     if sheet.text.typed:
         return sheet
     columns, notes = list(sheet.columns), list(sheet.notes)
-    headings = sheet.headings()
-    with_colons = [k for k, column in enumerate(columns) if _has_colons(column)]
+    headings, others = sheet.headings(), list(sheet.columns)
     for index in range(min(len(sheet.names), len(columns))):
         heading = headings.get(index)
         is_time = heading is not None and heading.quantity == "time"
         if index in sheet.set_aside or not (is_time or heading is None):
             continue
+        if heading is None and any(map(holds_clock, others[:index] + others[index + 1 :])):
+            continue  # days beside times of day
         name = sheet.names[index] or f"column {index + 1}"
-        # Beside a time of day with colons "12.03.24" is a date.
-        dated = not is_time and any(k != index for k in with_colons)
-        dotted = None if dated else _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
+        dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
         if dotted is not None:
             first = next(c for c in columns[index] if c.strip()).strip()
             notes.append(f'"{name}": "{first}" is read as a time of day, {next(c for c in dotted if c)}')
@@ -196,11 +194,6 @@ def _goes_on(seconds: FloatArray, *, n_least: int = _FEWEST) -> bool:
         return False
     falls = np.count_nonzero((steps < 0) & (steps > -_DAY / 2))
     return bool(np.median(np.abs(steps)) <= _PACE and falls <= _FALLS * steps.size)
-
-
-def _has_colons(cells: Sequence[str]) -> bool:
-    first = next((c.strip() for c in cells if c.strip()), "")
-    return _WITH_COLONS.fullmatch(first) is not None
 
 
 def _rewritten(cells: Sequence[str], one: Callable[[str], str | None]) -> list[str] | None:

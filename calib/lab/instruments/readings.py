@@ -12,7 +12,7 @@ from calib.errors import Fault, capped
 from calib.lab.instruments.cut_short import cut_short, misprinted
 from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_dashes, is_hidden, is_missing, to_numbers
+from calib.lab.instruments.numbers import is_dashes, is_hidden, is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import above_the_record, clock_of, gone_on, out_of_order, time_faults, time_notes
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
@@ -137,7 +137,9 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
 
 def _without_reading(cell: str) -> str:
     """Why a row is not used whose cell shows that there is no number."""
-    return f"{TOO_NARROW} {cell}" if is_hidden(cell) else f"over-range {cell}"
+    if is_hidden(cell):
+        return f"{TOO_NARROW} {cell}"
+    return f"no reading, {cell}" if cell[:1] in "-−" and is_numeric(cell) else f"over-range {cell}"
 
 
 def _last_digit(sheet: Sheet, column: ReadColumn, cell: str, decimals: int) -> str:

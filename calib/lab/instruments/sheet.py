@@ -11,12 +11,42 @@ import numpy as np
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.brackets import tidy, unit_of_capitals, unit_of_small_letters, usual_case, without_brackets
+from calib.lab.instruments.by_function import by_function
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
+from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.together import understood_together
 from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
+
+# What is more than the capacitance of any sample [F], a force by its letter alone, and cells that are looked at.
+_NO_FARAD = 1e-3
+_FORCE = Heading("force", 4 * PLAIN, "f", None, letter=True)
+_SEEN = 2000
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """A factor or offset that a line states of one column.
+
+    Attributes
+    ----------
+    line, words : 1-based line, and the words beside the number; the line itself where there are none.
+    kind : "factor", "offset", or "" for a number without words, which may be a factor.
+    value : the number.
+    """
+
+    line: int
+    words: str
+    kind: str
+    value: float
+
+    @property
+    def says(self) -> str:
+        """What it does, in words."""
+        return {"factor": "states a factor", "offset": "states an offset"}.get(self.kind, "may state a factor")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +69,7 @@ class Sheet:
     set_aside : column -> why it is not read although the file may name it, as of another specimen.
     reasons : row from 0 -> why its cells cannot be trusted.
     declared_factors : quantity, "" for none in particular -> (words, 1-based line) that state a factor of its readings.
+    scalings : column -> what rows of factors and offsets, or a table of channels, state of it.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
     beside : 1-based line and words of what stands above, below and among the rows, in empty columns and on cells.
     """
@@ -60,6 +91,7 @@ class Sheet:
     reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
     declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    scalings: Mapping[int, tuple[Scaling, ...]] = field(default_factory=dict)
     beside: tuple[tuple[int, str], ...] = ()
 
     @property
@@ -127,6 +159,7 @@ class Sheet:
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
         together = together | {i: heading for i, (heading, _) in self.designated().items()} | self.alone_in_unit()
+        together = together | {i: heading for i, (heading, _) in self.by_function().items()}
         more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
         return found | more
 
@@ -134,9 +167,27 @@ class Sheet:
         """The columns that are named by an instrument beside the quantity: cell index -> heading, and the words of it."""
         return designated(self.names, tuple(map(self.unit_below, range(len(self.names)))))
 
+    def by_function(self) -> dict[int, tuple[Heading, str]]:
+        """The columns of a meter whose function is named above: cell index -> heading, and the words of it."""
+        return by_function(self.names, tuple(map(self.unit_below, range(len(self.names)))), self.prelude)
+
     def alone_in_unit(self) -> dict[int, Heading]:
-        """The columns of names that are not understood, each the only one in a unit: cell index -> heading."""
-        return alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        """The columns of names that are not understood, each the only one in a unit: cell index -> heading.
+
+        A letter F with more than any capacitor has is no farad but a force without a unit.
+        """
+        found = alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        letters = [i for i, h in found.items() if self.names[i] == "F" == h.unit]
+        if not letters or not self.columns or any(h.quantity == "force" for h in found.values()):
+            return found
+        return found | {i: _FORCE for i in letters if self._reaches(i, _NO_FARAD)}
+
+    def _reaches(self, column: int, limit: float) -> bool:
+        """Whether most cells of a column, with either decimal mark, hold numbers, some of them beyond a limit."""
+        marks = [self.declared_decimal] if self.declared_decimal else [".", ","]
+        tried = [to_numbers([c.strip() for c in self.columns[column][:_SEEN]], mark).values for mark in marks]
+        sizes = [np.abs(v[np.isfinite(v)]) for v in tried]
+        return any(2 * size.size > v.size > 0 and float(size.max()) > limit for size, v in zip(sizes, tried, strict=True))
 
 
 class SeveralSpecimens(InputError):

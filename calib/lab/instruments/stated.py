@@ -10,7 +10,8 @@ from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import understand
 
-_SCALE = (
+#: Words for what readings are multiplied by.
+SCALE = (
     r"gains?|amplif\w*|amplification|attenuat\w*|multipl\w+|scal(?:e|ing)s?(?:[ _-]?factors?)?|factors?|facteurs?|"
     r"\w*faktor(?:en)?|fattor[ei]|fator(?:es)?|échelles?|escalas?|scal[ae]|verst[äa]rk\w*|ganancias?|guadagn[oi]|ganhos?|wzmocnienie|"
     r"förstärkning|versterking|range|bereich|倍率|増幅率|增益|放大倍数|배율"
@@ -18,7 +19,7 @@ _SCALE = (
 _NUMBER = r"\d+(?:[.,]\d+)?(?:e[+-]?\d+)?|10\^[+-]?\d+"
 # "Load gain: 10", "Amplifier factor 2", "Range x10", "Gain 20 dB"; a number with another unit is a sensitivity or a capacity.
 _FACTOR = re.compile(
-    rf"(?P<before>.*?)(?<![^\W_])(?P<word>{_SCALE})(?![^\W_])(?P<between>[^\d]*?)(?P<times>[x×*/]\s?|1\s?[:/]\s?)?"
+    rf"(?P<before>.*?)(?<![^\W_])(?P<word>{SCALE})(?![^\W_])(?P<between>[^\d]*?)(?P<times>[x×*/]\s?|1\s?[:/]\s?)?"
     rf"(?P<number>{_NUMBER})\s*(?P<tail>[^\s,;\t]*)[\s,;\t\"')\]]*",
     re.IGNORECASE,
 )
@@ -28,7 +29,7 @@ _TIMES = re.compile(
 # Parts of a line that each state a number of their own: "Gains: Load 2, Disp 1", "Scale;Load;0.01;Extension;1".
 _PARTS = re.compile(r"[;|\t]|,(?!\d)|(?<!\d),|(?<=[a-z)])\s*:\s|\s\band\b\s|\s\bund\b\s", re.IGNORECASE)
 _PART = re.compile(rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?P<tail>[^\s\d]*)(?P<rest>.*)", re.IGNORECASE)
-_SCALE_WORD = re.compile(rf"(?<![^\W_])(?:{_SCALE}|scaled|skaliert)(?![^\W_])", re.IGNORECASE)
+_SCALE_WORD = re.compile(rf"(?<![^\W_])(?:{SCALE}|scaled|skaliert)(?![^\W_])", re.IGNORECASE)
 _RANGE_WORD = re.compile(r"(?:range|bereich)$", re.IGNORECASE)
 # "multiply Load column by 2", "divide the force by 1000".
 _BY = re.compile(
@@ -58,8 +59,8 @@ _COUNTS = re.compile(
     re.IGNORECASE,
 )
 _STEPS_OF_READING = re.compile(r"resol|auflös|précision|risol|least|smallest", re.IGNORECASE)
-# Factors of something else than the readings.
-_OTHERS = re.compile(
+#: Factors of something else than the readings.
+OF_OTHERS = re.compile(
     r"full[ -]*scales?(?! *fac)|pleine *échelle|fondo *scala|fondo de *escala|"
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
     r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
@@ -139,14 +140,14 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 def _factors_of(line: str) -> tuple[str, ...]:
     """Of which quantities a line states a factor, "" for any; none if it states none."""
     told = _BY.search(line)
-    if told is not None and not _is_one(told["number"]) and not _OTHERS.search(line[: told.start("number")]):
+    if told is not None and not _is_one(told["number"]) and not OF_OTHERS.search(line[: told.start("number")]):
         return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)
     counts = _COUNTS.search(line)
     if counts is not None and not _STEPS_OF_READING.search(line):
         return tuple(q for q in _QUANTITIES[:3] if is_unit_of(counts["unit"], q) and not _is_one(counts["number"]))
     for pattern in _OTHERWISE:
         match = pattern.match(line)
-        if match is not None and not _is_one(match["number"]) and not _OTHERS.search(line):
+        if match is not None and not _is_one(match["number"]) and not OF_OTHERS.search(line):
             quantity = quantity_of(match["what"]) or quantity_of(line)
             if quantity is not None or pattern not in _PRODUCTS:
                 return (quantity or "",)
@@ -156,7 +157,7 @@ def _factors_of(line: str) -> tuple[str, ...]:
         factor = tail in ("", "x", "×", "db", "times", "fold", "fach", "mal")
         if word in ("range", "bereich") and not match["times"] and tail not in ("x", "×"):
             factor = False
-        if not factor or _is_one(match["number"]) or _OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
+        if not factor or _is_one(match["number"]) or OF_OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
             return ()
         return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
     return _factors_of_parts(line)
@@ -168,7 +169,7 @@ def _factors_of_parts(line: str) -> tuple[str, ...]:
     found: list[str] = []
     for part in (p.strip() for p in _PARTS.split(line)):
         word = _SCALE_WORD.search(part)
-        if _OTHERS.search(part):
+        if OF_OTHERS.search(part):
             scaled = False
             continue
         match, alone = _PART.match(part), _TIMES.fullmatch(part)

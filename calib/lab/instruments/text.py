@@ -35,9 +35,8 @@ _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _CONTROL_BYTE = re.compile(b"[\x00-\x08\x0e-\x1f\x7f]")
-# The mark by which DOS ends a text, behind its last line, and again up to a full block.
-_LONGEST_END = 256
-_END_OF_DOS = re.compile(rb"(?<=[\r\n])\x1a[\x1a\r\n]*\Z")
+# The mark by which DOS ends a text, once or up to a full block.
+_END_OF_DOS = b"\x1a"
 # Characters that nobody sees: marks of the order of bytes, where files were joined, blanks of no width, and ends of pages.
 _UNSEEN = (
     ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
@@ -173,7 +172,8 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
     if not data.strip(b"\r\n\t ,;\x00\xef\xbb\xbf\xff\xfe"):
         raise InputError(Fault("the file is empty", path, advice="Export it again from the instrument's software"))
-    whole = _END_OF_DOS.sub(b"", data) if b"\x1a" in data[-_LONGEST_END:] else data
+    body = data.rstrip(_END_OF_DOS + b"\r\n")
+    whole = body + b"\n" if _END_OF_DOS in data[len(body) :] else data
     encoding, text = _decode(path, whole)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
@@ -302,7 +302,8 @@ def _goes_on(line: str, following: str) -> bool:
     return sum(map(is_numeric, re.split(r"[,;\t]", following.replace('"', "")))) < 2
 
 
-# Zero bytes in a text that is damaged, as a share of it; other files have more.
+# Control characters in a text that is damaged, and zero bytes as a share of it; other files have more.
+_FEW_CONTROLS = 20
 _FEW_ZEROS = 0.05
 _EXPORT = "Export a CSV file or a workbook from the instrument's software"
 

@@ -85,6 +85,17 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
             f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
         )
+    scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (0 if s.kind == "offset" else 1)]
+    if scaled:
+        line = scaled[0].line
+        stated = " and ".join(f"{s.words} in line {s.line} {s.says} of {s.value:g}" for s in scaled)
+        way = "Say the unit with the factor that makes it right, or the unit alone"
+        if any(s.kind == "offset" for s in scaled):
+            way = "Write the readings as they have to be, and empty the number, or say the unit alone"
+        return fault(
+            f'{stated}: the readings of column "{name}" may hold this already, or have to be changed by it yet',
+            f"{way} if they are right: {listed}",
+        )
     said = [unit for unit in (inside, below, declared) if unit]
     words = next((c.strip() for c in sheet.columns[index] if c.strip() and not is_missing(c)), "") if not said else ""
     if quantity == "time" and words and not any(map(is_numeric, sheet.columns[index][:_SEEN])):

@@ -1,15 +1,15 @@
-"""From what the user says of rows (`Reading.where`) to the rows of a `Sheet` that are read, and why the others are not."""
+"""From what the user says of rows (`Reading.where`) to the rows of a `Sheet` that are read, and what the others are."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import compress, islice
 
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.labtable import Reading, Unread
 from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import words
@@ -22,10 +22,10 @@ _LISTED = 24
 
 @dataclass(frozen=True, eq=False)
 class RowsAsked:
-    """The rows that are read, (n_row,), why each of the others is not, notes on what was asked, and the columns asked by."""
+    """The rows that are read, (n_row,), what the others are, notes on what was asked, and the columns asked by."""
 
     kept: BoolArray
-    reasons: Mapping[int, str]
+    others: tuple[Unread, ...]
     notes: tuple[str, ...]
     columns: tuple[int, ...]
 
@@ -48,7 +48,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
         If there is no such column or no such value, with those that there are.
     """
     kept = np.ones(len(sheet.lines), dtype=bool)
-    reasons: dict[int, str] = {}
+    others: list[Unread] = []
     notes: list[str] = []
     faults: list[Fault] = []
     by: list[int] = []
@@ -94,7 +94,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
                 )
             )
             continue
-        reasons |= {r: f'not asked for: "{name}" is "{cells[r]}"' for r in np.flatnonzero(kept & ~here).tolist()}
+        others += _others(sheet, name, cells, kept & ~here)
         kept &= here
         by.append(column)
         notes.append(f'only rows whose "{name}" is "{value}" are read: {int(here.sum())} of {len(kept)}')
@@ -103,7 +103,17 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
         faults.append(Fault(f"no row in which {said}", sheet.text.path, int(sheet.lines[0]), advice="Ask for less by --where"))
     if faults:
         raise InputError(faults)
-    return RowsAsked(kept, reasons, tuple(notes), tuple(by))
+    return RowsAsked(kept, tuple(others), tuple(notes), tuple(by))
+
+
+def _others(sheet: Sheet, name: str, cells: Sequence[str], left_out: BoolArray) -> list[Unread]:
+    """What to say of the rows that are not asked for: how many they are, where, and what they hold in a column."""
+    rows = np.flatnonzero(left_out)
+    if not rows.size:
+        return []
+    holding = listed_values([cells[r] for r in rows.tolist()]) or "nothing"
+    where = f"in lines {sheet.lines[rows[0]]} to {sheet.lines[rows[-1]]}" if rows.size > 1 else f"line {sheet.lines[rows[0]]}"
+    return [Unread(f"{rows.size} row(s), {where}", f'not asked for: "{name}" is {holding}')]
 
 
 def only_rows(sheet: Sheet, kept: BoolArray) -> Sheet:

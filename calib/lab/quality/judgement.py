@@ -19,6 +19,7 @@ from calib.lab.quality.readings import (
     check_signal,
     check_size,
     check_time_steps,
+    check_told_rows,
 )
 from calib.lab.quality.turn import check_turn
 from calib.lab.signal import NO_SIGNAL
@@ -46,7 +47,7 @@ def judge(
         if c is None:
             continue
         signal = check_signal(c) if responds(c.name) else None
-        grades += [check_readings(c), signal, check_gap(obs, c), check_time_steps(obs, c)]
+        grades += [check_readings(c), signal, check_told_rows(obs, c), check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
         grades += [check_size(c), check_resolution(c), check_clipping(obs, c)]

@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
-from calib.lab.quality.grade import Grade, level_beyond
+from calib.lab.quality.grade import Grade, Level, level_beyond
 from calib.lab.quality.loading import MANY_DIGITS, LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL, resolution
@@ -249,6 +249,27 @@ def _leap(x: FloatArray) -> tuple[int, float] | None:
         if k >= LEAP_BESIDE and beside.size == 2 * LEAP_BESIDE and np.all(beside > 0) and abs(steps[k]) > LEAP * np.max(beside):
             found.append((k, abs(float(steps[k])) / float(np.median(beside))))
     return found[0] if 0 < len(found) <= LEAPS else None
+
+
+def check_told_rows(obs: Observations, c: LoadingBranch) -> Grade | None:
+    """Are there as many rows as the file says itself?
+
+    Parameters
+    ----------
+    obs : the lab file.
+    c : the channel that is judged.
+
+    Returns
+    -------
+    None where the file says no number of rows, or as many as there are.
+    """
+    if obs.table.told_rows is None:
+        return None
+    there, told = obs.table.told_rows
+    level: Level = "warning" if there < (1 - GAP) * told else "good"
+    finding = f"the file says that it has {told} rows, and has {there}"
+    advice = "Look whether the export was cut, and export the file again; a count of something else changes nothing."
+    return c.grade("rows of the file", level, there, "rows", finding, advice)
 
 
 def check_time_steps(obs: Observations, c: LoadingBranch) -> Grade | None:

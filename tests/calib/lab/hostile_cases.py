@@ -365,7 +365,8 @@ def _verdict(table: LabTable, expected: Truth, case: Case, named: tuple[str, ...
         spared = case.may != "must_read" and all(says(everything, "|".join((q, *case.blame))) for q in differences.absent)
         return Judged("refused well" if spared else "refused needlessly", f"no {', '.join(differences.absent)}: {everything}")
     if differences.lost:
-        reason = next(r for line, r in zip(table.lines, table.reasons, strict=True) if line == differences.lost[0])
+        why = dict(zip(table.lines.tolist(), table.reasons, strict=True))
+        reason = why.get(differences.lost[0], "no row of those asked for")
         return Judged(
             "refused needlessly", f"{len(differences.lost)} good lines left out, first {differences.lost[0]}: {reason}"
         )

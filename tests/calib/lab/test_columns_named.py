@@ -391,11 +391,14 @@ def test_rows_of_several_records_in_turn_are_refused_until_one_is_chosen(
     assert choice is not None
     assert (choice.option, choice.alternatives) == ("where", values)
     table = read(tmp_path, columns, where={choice.key: values[1]})
-    used = np.array([not r for r in table.reasons])
-    assert used.tolist() == [v == values[1] for v in in_turn(values)]
-    np.testing.assert_allclose(table.columns["capacitance"][used], force_of(capacitance, 1e-12)[used])
-    assert all("not asked for" in r for r in table.reasons if r)
-    assert len(table.lines) == N
+    asked = np.array([v == values[1] for v in in_turn(values)])
+    assert table.lines.tolist() == (2 + np.flatnonzero(asked)).tolist()
+    assert not any(table.reasons)
+    np.testing.assert_allclose(table.columns["capacitance"], force_of(capacitance, 1e-12)[asked])
+    others = [f"{what}: {why}" for what, why in reasons(table).items() if "row(s)" in what]
+    assert len(others) == 1
+    assert others[0].startswith(f"{N - int(asked.sum())} row(s), in lines 2 to")
+    assert "not asked for" in others[0]
 
 
 def test_specimens_one_below_the_other_are_refused_until_one_is_chosen(tmp_path: Path) -> None:
@@ -404,7 +407,8 @@ def test_specimens_one_below_the_other_are_refused_until_one_is_chosen(tmp_path:
         columns = [("ID", ["a"] * half + ["b"] * half), *time, ("Extension (mm)", D[:half] * 2), ("Load (N)", F[:half] * 2)]
         assert "--where ID=a" in str(refused(tmp_path, columns))
         table = read(tmp_path, columns, where={"ID": "b"})
-        assert [not r for r in table.reasons] == [False] * half + [True] * half
+        assert table.lines.tolist() == list(range(half + 2, N + 2))
+        assert not any(table.reasons)
 
 
 def test_a_range_that_changes_over_a_pause_is_a_choice(tmp_path: Path) -> None:
@@ -646,7 +650,7 @@ def test_rows_of_two_settings_in_turn_are_a_choice_whatever_the_setting_is_calle
     assert 'column "Bias" changes' in str(error)
     assert "--where Bias=off" in str(error)
     one = read(tmp_path, table, where={"Bias": "off"})
-    np.testing.assert_allclose(one.columns["capacitance"][::2], capacitance[::2] * 1e-12, rtol=1e-4)
+    np.testing.assert_allclose(one.columns["capacitance"], capacitance[::2] * 1e-12, rtol=1e-4)
     read(tmp_path, (*keys, ("Cp (pF)", cells(capacitance))))
 
 
@@ -712,3 +716,25 @@ def test_a_table_with_one_reading_a_row_is_refused_with_what_makes_a_press_of_it
     assert "pivot" in fault.advice
     wide = [("time_s", T), ("force_N", values[::2]), ("disp_mm", values[1::2])]
     np.testing.assert_allclose(read(tmp_path, wide).columns["force"], np.array(F, dtype=float))
+
+
+@pytest.mark.parametrize("letter", ["d", "D"])
+def test_letters_of_a_press_without_units_ask_for_units_alone(tmp_path: Path, letter: str) -> None:
+    table = [("t", T), (letter, D), ("F", F)]
+    error = refused(tmp_path, table)
+    assert [fault.message for fault in error.faults if "has no unit" not in fault.message] == []
+    read_so = read(tmp_path, table, units={"time": "s", "displacement": "mm", "force": "N"})
+    np.testing.assert_allclose(read_so.columns["force"], force_of(F, 1.0))
+    assert "displacement" in read_so.columns
+    assert any('force is taken from "F"' in note for note in read_so.notes)
+
+
+def test_a_letter_f_of_a_capacitance_is_one_and_of_more_a_force(tmp_path: Path) -> None:
+    farads = [f"{float(c) * 1e-12:.6g}" for c in C]
+    table = read(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("F", farads)])
+    np.testing.assert_allclose(table.columns["capacitance"], [float(c) for c in farads])
+    error = refused(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("F", F)])
+    assert "--units force=" in error.faults[0].advice
+    beside = read(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F), ("d", D)])
+    assert "displacement" in beside.columns
+    assert beside.sources["displacement"] == "Extension (mm)"

@@ -1132,6 +1132,19 @@ def test_mat_with_a_matrix_is_read_by_the_numbers_of_its_columns(tmp_path: Path)
     assert "its rows are taken as columns" in table.notes
 
 
+@pytest.mark.parametrize("beside", [False, True])
+def test_mat_units_of_a_struct_are_those_of_the_columns_of_these_names(tmp_path: Path, beside: bool) -> None:
+    columns = {"t": TIME, "d": DEPTH, "F": FORCE}
+    units = {"t": "s", "d": "mm", "F": "N"}
+    path = tmp_path / "a.mat"
+    savemat(path, {"data": columns, "units": units} if beside else {"data": {**columns, "units": units}})
+    assert_truth(read_lab_file(path))
+    savemat(path, {**columns, "Units": {**units, "F": "mN"}})
+    np.testing.assert_allclose(read_lab_file(path).columns["force"], FORCE * 1e-3, rtol=1e-12)
+    savemat(path, {**columns, "units": {"t": "s", "d": "mm"}})
+    assert 'column "F" has no unit' in refusal(path)
+
+
 @pytest.mark.parametrize("form", ["5", "4"])
 def test_mat_as_scipy_writes_it(tmp_path: Path, form: Literal["5", "4"]) -> None:
     path = tmp_path / "a.mat"

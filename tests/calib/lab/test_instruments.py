@@ -147,6 +147,20 @@ def test_lcr_log_is_read_and_bad_status_makes_rows_unusable(tmp_path: Path) -> N
     assert table.reasons == ("", "LCR status 1", "over-range 9.9E37")
 
 
+@pytest.mark.parametrize("code", ["-1.0E+30", "1E+30", "9.99999E+28", "-9.99E+30", "3.4028235E+38", "1e20", "9.9E37"])
+@pytest.mark.parametrize("run", [1, 2, 5])
+@pytest.mark.parametrize("column", [1, 2, 3])
+def test_powers_of_ten_that_no_measurement_reaches_are_no_readings(tmp_path: Path, code: str, run: int, column: int) -> None:
+    way = np.round(1.0 - np.abs(np.linspace(-1.0, 1.0, 100)), 4)
+    rows = [[f"{0.1 * k:.1f}", f"{x:.4f}", f"{3 * x**1.5:.4f}", f"{97 + 2 * x**1.4:.4f}"] for k, x in enumerate(way.tolist())]
+    lost = [*range(30, 30 + run), 70]
+    for k in lost:
+        rows[k][column] = code
+    table = read(tmp_path, "\n".join(["Time (s),Displacement (mm),Force (N),Cp (pF)", *map(",".join, rows)]) + "\n")
+    assert [k for k, why in enumerate(table.reasons) if why] == lost
+    assert {why for why in table.reasons if why} == {f"{'no reading,' if code[0] == '-' else 'over-range'} {code}"}
+
+
 @pytest.mark.parametrize("sentinel", ["9.9E37", "9.90000E+37", "999999", "OVER", "OV01"])
 def test_every_sentinel_becomes_an_unusable_row(tmp_path: Path, sentinel: str) -> None:
     table = read(tmp_path, f"Force (N),CP[F],D\n0.5,9.7E-11,0.01\n0.6,{sentinel},0.01\n0.7,9.8E-11,0.01\n")

@@ -104,17 +104,23 @@ def test_semicolons_before_a_header_are_a_mark_only_where_they_do_not_part_cells
     assert_right(read_lab_file(lab_file(tmp_path, ";" + ";".join(HEAD), *joined(rows, ";"))))
 
 
-@pytest.mark.parametrize("line", ["1,2,3", "0,1,2", "CH1,CH2,CH3", "----,----,----", "=====", "1,0.998,2.314"])
+@pytest.mark.parametrize("line", ["1,2,3", "0,1,2", "CH1,CH2,CH3", "----,----,----", "====="])
 @pytest.mark.parametrize("place", ["above units", "below units", "no units"])
-def test_counts_rulers_and_gains_below_a_header_are_no_readings(tmp_path: Path, line: str, place: str) -> None:
+def test_counts_and_rulers_below_a_header_are_no_readings(tmp_path: Path, line: str, place: str) -> None:
     head = [",".join(HEAD)] if place == "no units" else ["Time,Extension,Load"]
     units = [] if place == "no units" else ["(s),(mm),(N)"]
-    if place == "above units" and line == "1,0.998,2.314":
-        return
     below = [line, *units] if place == "above units" else [*units, line]
     table = read_lab_file(lab_file(tmp_path, *head, *below, *joined(ROWS)))
     assert_right(table)
     assert f"line {len(head) + below.index(line) + 1}:" in unread(table)
+
+
+@pytest.mark.parametrize("units", [[], ["(s),(mm),(N)"]])
+def test_gains_below_a_header_are_no_readings_and_asked_about(tmp_path: Path, units: list[str]) -> None:
+    path = lab_file(tmp_path, "Time,Extension,Load" if units else ",".join(HEAD), *units, "1,0.998,2.314", *joined(ROWS))
+    with pytest.raises(InputError, match=r"may state a factor of 0\.998.*\n.*may state a factor of 2\.314"):
+        read_lab_file(path)
+    assert_right(read_lab_file(path, Reading(units={"displacement": "mm", "force": "N"})))
 
 
 def test_counts_of_many_columns_of_which_two_have_decimals_are_no_readings(tmp_path: Path) -> None:
@@ -240,3 +246,19 @@ def test_a_control_character_within_a_row_is_named_with_its_line(tmp_path: Path)
     with pytest.raises(InputError, match="0x07") as error:
         read_lab_file(path)
     assert error.value.faults[0].line == 32
+
+
+@pytest.mark.parametrize("end", [b"\x1a", b"\n\x1a", b"\r\n\x1a", b"\n\x1a\x1a\x1a\n", b"\x1a\r\n", b"\n" + b"\x1a" * 128])
+def test_the_sign_by_which_dos_ends_a_text_ends_it(tmp_path: Path, end: bytes) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_bytes("\n".join([",".join(HEAD), *joined(ROWS)]).encode() + end)
+    assert_right(read_lab_file(path))
+
+
+@pytest.mark.parametrize(("sign", "shown"), [("\x1a", "0x1A"), ("\x05", "0x05"), ("\x7f", "0x7F")])
+@pytest.mark.parametrize("line", [1, 7])
+def test_a_control_character_within_a_text_is_refused_with_its_line(tmp_path: Path, sign: str, shown: str, line: int) -> None:
+    lines = [",".join(HEAD), *joined(ROWS)]
+    lines[line - 1] = lines[line - 1][:3] + sign + lines[line - 1][3:]
+    said = refusal(lab_file(tmp_path, *lines))
+    assert f"lab.csv:{line}: the file is not text: a character that nobody sees ({shown}) stands in this line" in said

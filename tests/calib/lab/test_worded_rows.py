@@ -11,7 +11,7 @@ N = 120
 TIME = np.round(0.1 * np.arange(N), 3)
 DEPTH = np.round(np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(1.0, 0.0, N // 2)]), 4)
 FORCE = np.round(4.0 * np.clip(DEPTH - 0.15, 0, None) ** 1.5, 4)
-WORDS = ("Offset", "Tare", "Upper limit", "Setpoint", "Écart type", "Среднее", "Sensitivität", "Grenzwert 2", "目標値")
+WORDS = ("Nullpunkt", "Tare", "Upper limit", "Setpoint", "Écart type", "Среднее", "Sensitivität", "Grenzwert 2", "目標値")
 
 
 def rows(first: str = "{count}", *, timed: bool = True) -> list[str]:

@@ -52,7 +52,7 @@ class _Segment:
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """A column of x and channels that share it: names, units, and cells by index of the line."""
+    """A column of x and channels that share it: names, units, cells by index of the line, and how many samples are said."""
 
     name: str
     names: Sequence[str]
@@ -61,6 +61,7 @@ class _Table:
     rows: Mapping[int, Sequence[str]]
     begun: datetime | None
     notes: tuple[str, ...] = ()
+    samples: int = 0
 
 
 def take_apart(path: Path) -> tuple[Part, ...]:
@@ -186,6 +187,7 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
                 {i: [x, *(row[m] for m in (*members, *comment))] for x, (i, row) in zip(group.xs, cells.items(), strict=True)},
                 group.begun,
                 tuple(notes),
+                max(int(said) if (said := _said_of(segment, "samples", strides, k) or "").isdecimal() else 0 for k in nth),
             )
         )
     return tables
@@ -290,6 +292,7 @@ def _joined(tables: Sequence[_Table], file: _File) -> list[_Table]:
     filled = [table for table in tables if table.rows]
     if not alike or len(filled) < 2:
         return list(filled or tables)
+    samples = sum(table.samples for table in filled)
     ends = [_ends(table, file) for table in filled]
     if any(end is None for end in ends):
         return filled
@@ -303,7 +306,8 @@ def _joined(tables: Sequence[_Table], file: _File) -> list[_Table]:
     agrees = all(d is None or d == 0 or abs(d - o) <= max(1.0, 0.01 * abs(o)) for d, o in zip(dated, own, strict=True))
     if goes_on and (agrees or file.absolute):
         rows = {i: row for table in filled for i, row in table.rows.items()}
-        return [replace(filled[0], rows=rows, notes=(*filled[0].notes, f"{len(filled)} segments, whose times go on"))]
+        notes = (*filled[0].notes, f"{len(filled)} segments, whose times go on")
+        return [replace(filled[0], rows=rows, notes=notes, samples=samples)]
     shifts = [d for d in dated if d is not None]
     apart = len(shifts) == len(filled) and all(
         shifts[k + 1] + spans[k + 1][0] >= shifts[k] + spans[k][1] + 0.5 * steps[k] for k in range(len(filled) - 1)
@@ -316,7 +320,7 @@ def _joined(tables: Sequence[_Table], file: _File) -> list[_Table]:
             x = parse_number(row[0], file.decimal)
             rows[i] = [row[0] if x is None else repr(x + shift).replace(".", file.decimal), *row[1:]]
     note = f"{len(filled)} segments, each counting its time anew: put one behind the other by their dates and times"
-    return [replace(filled[0], rows=rows, notes=(*filled[0].notes, note))]
+    return [replace(filled[0], rows=rows, notes=(*filled[0].notes, note), samples=samples)]
 
 
 def _ends(table: _Table, file: _File) -> tuple[float, float] | None:
@@ -343,6 +347,9 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
                 if x is not None:
                     rows[i] = [repr(round(x - first, 6)).replace(".", file.decimal), *rows[i][1:]]
             notes.append(f"time is absolute, counted from {begun} UTC on")
+    said_in = next((i for i in range(table.line, 0, -1) if text.lines[i].lower().startswith("samples")), 0)
+    if said_in and table.samples > len(rows):
+        lines[said_in] = f"Samples\t{table.samples}"
     if begun is not None and table.line >= 3:
         lines[table.line - 2] = f"Date\t{begun.isoformat(sep=' ')}"
     lines[table.line - 1] = "\t".join(map(_quoted, table.names))

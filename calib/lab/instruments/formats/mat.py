@@ -22,7 +22,7 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _FEW_ROWS = 20
 
 
-# What a struct calls the unit of its one column: force.data, force.unit.
+# What a struct calls the unit of its one column, force.data and force.unit, or those of all: data.units.force.
 _UNIT = ("unit", "units", "einheit")
 
 
@@ -59,7 +59,7 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         else:
             found = variables(data) if _NAMED.match(data) else _of_version_4(path)
         where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
-        return tuple(_parts("", found, where, 0))
+        return tuple(_parts("", found, where, 0, {}))
 
 
 def _of_version_4(path: Path) -> dict[str, Variable]:
@@ -76,8 +76,11 @@ def _of_version_4(path: Path) -> dict[str, Variable]:
 # --- from variables to parts --------------------------------------------------------------------------------------------
 
 
-def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int) -> Iterator[Part]:
-    """The parts of a struct, or of the file itself without a name."""
+def _parts(
+    name: str, members: Mapping[str, Variable], where: Source, depth: int, above_units: Mapping[str, str]
+) -> Iterator[Part]:
+    """The parts of a struct, or of the file itself without a name; units are those of a struct beside, else of one above."""
+    units = {**above_units, **_units_of_members(members)}
     columns: dict[int, list[ArrayColumn]] = {}
     matrices: dict[str, npt.NDArray[Any]] = {}
     lists: dict[str, list[str]] = {}
@@ -89,10 +92,10 @@ def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int
             said = ((member, text) for member, text in value.items() if isinstance(text, str) and member.lower() not in _UNIT)
             above += [f"{key} {member}\t{' '.join(text.split())[:200]}".replace('"', "'") for member, text in said]
         elif isinstance(value, dict):
-            yield from _parts(own, value, where, depth + 1)
+            yield from _parts(own, value, where, depth + 1, units)
         elif isinstance(value, list) and isinstance(value[0], dict):
             for k, element in enumerate(value, 1):
-                yield from _parts(f"{own}({k})", element, where, depth + 1)
+                yield from _parts(f"{own}({k})", element, where, depth + 1, units)
         elif isinstance(value, str):
             above.append(f"{key}\t{' '.join(value.split())[:200]}".replace('"', "'"))
         elif isinstance(value, list):
@@ -106,7 +109,7 @@ def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int
         elif value.size <= 1:
             yield _without(where, own, "it is a single number" if value.size else "it is empty")
         elif value.size == max(value.shape):
-            columns.setdefault(value.size, []).append(ArrayColumn(key, "", value.ravel()))
+            columns.setdefault(value.size, []).append(ArrayColumn(key, units.get(key, ""), value.ravel()))
         elif value.ndim == 2:
             matrices[own] = value
         else:
@@ -120,6 +123,12 @@ def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int
     used = _names_for(matrices, lists)
     for own in lists.keys() - used:
         yield _without(where, own, "it is a list of words")
+
+
+def _units_of_members(members: Mapping[str, Variable]) -> dict[str, str]:
+    """The units of columns that a struct among them names, under the names of these: data.units.force beside data.force."""
+    named = (value for key, value in members.items() if key.lower() in _UNIT and isinstance(value, dict))
+    return {name: unit for of in named for name, unit in of.items() if isinstance(unit, str)}
 
 
 def _signal(key: str, members: Mapping[str, Variable]) -> ArrayColumn | None:

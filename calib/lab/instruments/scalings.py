@@ -1,0 +1,151 @@
+"""From the lines above, below and between a header and its rows to the factors and offsets that they state column by column."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from calib.lab.instruments.header import split_line, without_comment_mark
+from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.sheet import Scaling, Sheet
+from calib.lab.instruments.stated import OF_OTHERS, SCALE, quantity_of
+from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import words
+
+# Lines above a header and below a table that may speak of it, and rows at either end of it that are none.
+_BESIDE = 200
+_LONGEST = 40
+_FACTOR = (
+    rf"{SCALE}|skalierung(?:en)?|multiplicadore?s?|slopes?|pentes?|steigung(?:en)?|pendenz[ae]|pendientes?|helling|"
+    r"nachylenie|斜率|傾き"
+)
+_OFFSET = r"(?:zero[ _-]?)?offsets?|intercepts?|achsenabschnitte?|versatz|décalages?|desfases?|偏移|オフセット|切片"
+_SAYS_FACTOR, _SAYS_OFFSET = (
+    re.compile(rf"(?<![^\W_])(?:{pattern})(?![^\W_])", re.IGNORECASE) for pattern in (_FACTOR, _OFFSET)
+)
+# How far an instrument reaches is no factor, and words beside these may be of a table of their own.
+_NO_FACTOR = re.compile(r"range|bereich|vertical|horizontal|/ ?div|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
+_TIMES = re.compile(r"\s*(?:[x×*]\s?(?P<behind>\d+(?:[.,]\d+)?)|(?P<before>\d+(?:[.,]\d+)?)\s?[x×])\s*", re.IGNORECASE)
+# "Scale factors: 1", "gain = 1" before more numbers.
+_LABEL_AND_NUMBER = re.compile(r"(?P<label>[^\W\d][^\d:=]*?)\s*[:=]\s*(?P<number>[+-]?\d[\d.,eE+-]*)")
+
+
+def with_scalings(sheet: Sheet, names_at: Sequence[int], start: int) -> Sheet:
+    """The sheet with what lines state of its columns: a row of factors or offsets, or a table of channels with such a column.
+
+    The readings may hold them already, or have to be multiplied by them yet. A row of factors among the rows is no reading.
+
+    Parameters
+    ----------
+    sheet : one record, with its rows.
+    names_at : index of the lines of its header.
+    start : index of the first line that may be a row.
+    """
+    lines = sheet.text.lines
+    row_of = {line: r for r, line in enumerate(sheet.lines[:_BESIDE].tolist())}
+    n = len(sheet.lines)
+    row_of |= {line: n - 1 - k for k, line in enumerate(sheet.lines[: -_BESIDE - 1 : -1].tolist())}
+    found: dict[int, list[Scaling]] = {}
+    rows: dict[int, str] = {}
+    first, below, last = min(names_at, default=0), max(names_at, default=0) + 2, int(sheet.lines[-1])
+
+    def take(numbers: Sequence[int], *, until_a_row: bool) -> None:
+        for number in numbers:
+            stated = dict(_of_row(sheet, number, alone=below <= number <= start))
+            row = row_of.get(number)
+            if until_a_row and row is not None and not stated and row not in sheet.reasons:
+                return
+            for index, scaling in stated.items():
+                found.setdefault(index, []).append(scaling)
+            if stated and row is not None:
+                rows[row] = f"no reading: {next(iter(stated.values())).words} states factors or offsets of the columns"
+
+    above = range(max(first - _BESIDE, 0) + 1, first + 1)
+    take(above, until_a_row=False)
+    take(range(below, min(below + _BESIDE, last + 1)), until_a_row=True)
+    take(range(min(last + _BESIDE, len(lines)), max(last - _BESIDE, below - 1), -1), until_a_row=True)
+    for index, scaling in _of_channels(sheet, above):
+        found.setdefault(index, []).append(scaling)
+    return replace(
+        sheet,
+        scalings={index: tuple(dict.fromkeys(stated)) for index, stated in found.items()},
+        reasons={**sheet.reasons, **rows},
+    )
+
+
+def _kind(cell: str) -> str:
+    """What a label says that its numbers are, "factor" or "offset"; "" if neither."""
+    if not cell or len(cell) > _LONGEST or any(map(str.isdigit, cell)) or OF_OTHERS.search(cell) or _NO_FACTOR.search(cell):
+        return ""
+    return "factor" if _SAYS_FACTOR.search(cell) else "offset" if _SAYS_OFFSET.search(cell) else ""
+
+
+def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Scaling]]:
+    """What a row of numbers behind a label, or without one above the rows, states of the columns that it stands over."""
+    line = without_comment_mark(sheet.text.lines[number - 1], sheet.delimiter)
+    if len(line) > _LONGEST * max(len(sheet.names), 2):
+        return
+    cells = [c.strip() for c in split_line(line, sheet.delimiter)]
+    together = _LABEL_AND_NUMBER.fullmatch(cells[0]) if cells and len(cells[0]) <= 2 * _LONGEST else None
+    cells = [together["label"], together["number"], *cells[1:]] if together is not None else cells
+    labels = [i for i, c in enumerate(cells) if c and _number(c) is None and c.strip("-–—")]
+    if len(labels) == 1 and (kind := _kind(cells[labels[0]])):
+        shift = 1 if labels[0] == 0 and len(cells) == len(sheet.names) + 1 else 0
+        shown = f'"{cells[labels[0]]}"'
+    elif not labels and alone and _is_of_factors(sheet, cells):
+        kind, shift, shown = "", 0, f'"{line.strip()[:_LONGEST]}"'
+    else:
+        return
+    if shift + len(sheet.names) < len(cells) or sum(_number(c) is not None for c in cells) < 2:
+        return
+    for index in sheet.headings():
+        value = _number(cells[index + shift]) if index + shift < len(cells) else None
+        if value is not None:
+            yield index, Scaling(number, shown, kind, value)
+
+
+def _is_of_factors(sheet: Sheet, cells: Sequence[str]) -> bool:
+    """Whether numbers that stand right below a header by themselves are 1 for the time, and something else for others."""
+    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    values = [_number(c) for c in cells]
+    if time is None or len(values) != len(sheet.names) or None in values:
+        return False
+    counted = any(values == [float(k + first) for k in range(len(values))] for first in (0, 1))
+    return values[time] == 1 and not counted
+
+
+def _of_channels(sheet: Sheet, above: Sequence[int]) -> Iterator[tuple[int, Scaling]]:
+    """What a table of channels above the header states, of which one column is factors or offsets, row by row."""
+    columns: dict[int, tuple[str, str]] = {}  # column of such a table -> kind and name
+    for number in above:
+        line = without_comment_mark(sheet.text.lines[number - 1], sheet.delimiter)
+        cells = [c.strip() for c in split_line(line, sheet.delimiter)]
+        named = {i: (kind, c) for i, c in enumerate(cells) if (kind := _kind(c)) and not any(map(is_numeric, cells))}
+        if named and len([c for c in cells if c]) > len(named):
+            columns = named
+            continue
+        numbers = {i: value for i in columns if i < len(cells) and (value := _number(cells[i])) is not None}
+        if not numbers:
+            columns = {}
+        for index in _columns_of(sheet, [c for i, c in enumerate(cells) if i not in columns]) if numbers else ():
+            for i, value in numbers.items():
+                yield index, Scaling(number, f'"{columns[i][1]}"', columns[i][0], value)
+
+
+def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:
+    """The columns that a row of a table of channels is of: by the name of one, else by its quantity."""
+    texts = [c for c in cells if c and not is_numeric(c)]
+    called = [i for i, name in enumerate(sheet.names) if name and words(name) in {words(c) for c in texts}]
+    if called:
+        return called
+    of = {q for c in texts if (q := quantity_of(c)) is not None}
+    own = {i: IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in sheet.headings().items()}
+    return [i for i, quantity in own.items() if of == {quantity}]
+
+
+def _number(cell: str) -> float | None:
+    """The number of a cell with either decimal mark, or behind or before a sign of multiplication."""
+    times = _TIMES.fullmatch(cell)
+    plain = (times["behind"] or times["before"]) if times is not None else cell
+    return next((n for mark in ".," if (n := parse_number(plain, mark)) is not None), None)

@@ -1,0 +1,71 @@
+"""Times that are missing and may be had from a count and an interval, and dates beside times of day that are no clocks."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import Reading, read_lab_file
+
+N = 60
+CP = np.round(97.1 + 2.0 * np.maximum(np.sin(np.arange(N) / 20), 0) ** 1.4, 4)
+
+
+def written(tmp_path: Path, lines: list[str]) -> Path:
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("line", "step"),
+    [
+        ("Interval,200ms", "0.2"),
+        ("INTERVAL;0.5 s", "0.5"),
+        ("# Intervall: 2 s", "2"),
+        ("Sampling rate: 5 Hz", "0.2"),
+        ("Log interval 100 ms", "0.1"),
+    ],
+)
+@pytest.mark.parametrize("name", ["No.", "Sample", "Index"])
+def test_a_time_that_is_needed_is_offered_by_a_count_and_an_interval(tmp_path: Path, line: str, step: str, name: str) -> None:
+    path = written(tmp_path, ["HIOKI IM3533", line, f"{name},Cp[F]", *(f"{k},{c}E-12" for k, c in enumerate(CP.tolist()))])
+    with pytest.raises(InputError, match="no time column") as error:
+        read_lab_file(path)
+    assert f'--columns time={name} --units "time={step} s" reads the time from both' in error.value.faults[0].advice
+    table = read_lab_file(path, Reading(columns={"time": name}, units={"time": f"{step} s"}))
+    np.testing.assert_allclose(table.columns["time"], float(step) * np.arange(N))
+
+
+@pytest.mark.parametrize("line", ["Interval: 5 N", "Check interval,yearly", "Model 200", "Confidence interval,95 %"])
+def test_other_lines_offer_no_interval(tmp_path: Path, line: str) -> None:
+    path = written(tmp_path, [line, "No.,Cp[F]", *(f"{k},{c}E-12" for k, c in enumerate(CP.tolist()))])
+    with pytest.raises(InputError, match="no time column") as error:
+        read_lab_file(path)
+    assert 'if it is to be the time, --columns time=No. --units "time=... s"' in error.value.faults[0].advice
+
+
+def test_a_counter_that_overflows_is_offered_as_one_time(tmp_path: Path) -> None:
+    rows = [f"{(2**32 - 200 + 10 * k) % 2**32},{c:.4f}" for k, c in enumerate(CP.tolist())]
+    path = written(tmp_path, ["ms,cap_pF", *rows])
+    with pytest.raises(InputError, match="no time column") as error:
+        read_lab_file(path)
+    assert '"ms" rises from row to row as one does: if it is one, --columns time=ms' in error.value.faults[0].advice
+    assert "begins anew" not in error.value.faults[0].advice
+    table = read_lab_file(path, Reading(columns={"time": "ms"}, units={"time": "ms"}))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.01)
+
+
+@pytest.mark.parametrize("dates", [("12.03.24", "12.03.24"), ("12.03.24", "13.03.24"), ("01.02.24", "02.02.24")])
+@pytest.mark.parametrize("name", ["Datum", "Tag", "Day"])
+def test_dates_beside_times_of_day_are_read_as_no_time_of_day(tmp_path: Path, dates: tuple[str, str], name: str) -> None:
+    first = 86390 if dates[0] != dates[1] else 43200
+    lines = [f"{name};Uhrzeit;Kapazität [pF]"]
+    for k, c in enumerate(CP.tolist()):
+        at = first + k
+        clock = f"{at // 3600 % 24:02d}:{at // 60 % 60:02d}:{at % 60:02d},00"
+        lines.append(f"{dates[at // 86400]};{clock};" + f"{c:.3f}".replace(".", ","))
+    table = read_lab_file(written(tmp_path, lines), Reading(decimal=","))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 1.0)
+    assert not any("is read as a time of day" in note for note in table.notes)
