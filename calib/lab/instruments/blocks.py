@@ -143,7 +143,8 @@ def _blocks(
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
             continue
-        kind = "text" if i < head else kind_of_line(row, header, keys, len(names))
+        of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(row).strip()) is not None
+        kind = "text" if i < head or of_page else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
             own = [unit_cell(c) for c in row]
@@ -321,6 +322,8 @@ _PAGE = re.compile(
     r"(?:(?:of|von|de|di|sur|z|av|из|/)\s*\d+|页|頁|ページ)?[-=*~\s]*",
     re.IGNORECASE,
 )
+# The same at the end of a line that stands on every page.
+_NUMBER_OF_PAGE = re.compile(rf"(?<![^\W_]){_PAGE.pattern}$", re.IGNORECASE)
 # A line that numbers or names a run, of another ball or specimen for all that it says.
 _RUN = re.compile(
     r"(?<![^\W_])(?:run|test|trial|experiment|versuch|messung|muster|serie|series|batch|essai|mesure|ensayo|prova|próba|pomiar|"
@@ -410,7 +413,8 @@ def _label(sheet: Sheet, header: int) -> str:
     """The nearest line above a header that names a specimen, within eight lines."""
     for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
         if SPECIMEN.search(line):
-            return re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()[:60]
+            named = re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()
+            return _NUMBER_OF_PAGE.sub("", named)[:60]
     return ""
 
 
