@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ from calib.lab.evidence import (
 )
 from calib.lab.instruments import LabTable, says_sense
 from calib.lab.shape import NOTHING, Shape, at_the_end_of_its_range, calm, shape_of, steady
-from calib.lab.signal import excursion, reading_noise
+from calib.lab.signal import excursion, reading_noise, reversals
 from models.sensor import BoolArray, FloatArray
 
 #: What may be said of the sign of a quantity (`Reading.sign`), and the factor that makes compression positive.
@@ -54,6 +55,12 @@ _ONE_WAY, _FEWEST = 0.9, 8
 # Of the change by a drift, what a press under it is at least: where an adhesive ball comes off, the load jumps by less.
 _OUTWEIGHED = 0.5
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
+
+# Share of its range by which a force that was sorted goes on as the ball goes there, and as it goes back, and by which it
+# comes back itself at most.
+_ON, _BACK = 0.1, 0.02
+# Share of its travel by which a ball goes there and back.
+_TURNED = 0.5
 
 _RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
 _APART = "force changes, but not with the displacement"
@@ -106,6 +113,8 @@ def decide_signs(
     InputError
         If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
     """
+    if displacement is not None and force is not None and _goes_on_as_the_ball_turns(displacement, force, good):
+        raise InputError(_sorted(table))
     try:
         decided = _decide(replace(table, conventions={}), displacement, force, good)
     except InputError:
@@ -277,6 +286,7 @@ def _together(
                 found[quantity] = _stated(quantity, own, against)
             else:
                 other = "displacement" if quantity == "force" else "force"
+                against += "".join(f"; but {e.words}" for e in of_names(table, quantity, 1.0) if e.weight * own < 0)
                 found[quantity] = _decision(
                     quantity, own, "stated", f"it goes {along(same)} {other}, whose sign is stated{against}"
                 )
@@ -400,6 +410,25 @@ def _goes_as_a_drift(displacement: FloatArray, load: FloatArray, change: float) 
     return fall > _OUTWEIGHED * rise and fall * behind > rise * before
 
 
+def _goes_on_as_the_ball_turns(displacement: FloatArray, force: FloatArray, good: BoolArray) -> bool:
+    """Whether the force goes one way from the first row to the last, while the ball goes there and while it goes back."""
+    rows = good & np.isfinite(displacement) & np.isfinite(force)
+    if np.count_nonzero(rows) < _FEWEST:
+        return False
+    place, load = calm(displacement[rows]), calm(force[rows])
+    way, change = float(np.ptp(load)), float(load[-1] - load[0])
+    if way <= NOTHING * reading_noise(force[rows]) or abs(change) < (1 - _BACK) * way:
+        return False
+    onwards = load * np.sign(change)
+    if float(np.max(np.maximum.accumulate(onwards) - onwards)) > _BACK * way:
+        return False
+    turns = reversals(place, _TURNED * float(np.ptp(place)))
+    there, back = (
+        sum(float(onwards[b] - onwards[a]) for a, b in pairwise(turns) if up * (place[b] - place[a]) > 0) for up in (1, -1)
+    )
+    return min(there, back) >= _ON * way
+
+
 def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, bool], good: BoolArray) -> bool:
     """Whether the force changes while the displacement goes one way, and has not changed at its end: drift and press cancel."""
     if not all(shown.get(q) for q in SIGNED):
@@ -434,6 +463,17 @@ def _unrelated(table: LabTable, press: Shape | None, open_: Sequence[str], words
         int(table.lines[0]) if len(table.lines) else None,
         advice=f"Say {options}, or sign in an experiment file; a drift larger than the press does that",
         choice=Choice("sign", tuple(SIGNS), open_[0]),
+    )
+
+
+def _sorted(table: LabTable) -> Fault:
+    """Refuse a record whose rows do not belong together."""
+    return Fault(
+        "force goes one way from the first row to the last, while the ball goes there and comes back: the rows of one column "
+        "were sorted, or a drift is larger than the press",
+        table.path,
+        int(table.lines[0]) if len(table.lines) else None,
+        advice="Export the file again, and sort no column alone; or leave the force out: --columns force=none",
     )
 
 

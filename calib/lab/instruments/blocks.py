@@ -143,7 +143,8 @@ def _blocks(
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
             continue
-        kind = "text" if i < head else kind_of_line(row, header, keys, len(names))
+        of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(row).strip()) is not None
+        kind = "text" if i < head or of_page else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
             own = [unit_cell(c) for c in row]
@@ -165,7 +166,8 @@ def _blocks(
                 blocks[-1] = replace(blocks[-1], units=above, units_line=start + apart[-1] + 1)
             apart, skip_units = [], sheet.units_line is not None and sheet.units_line > sheet.header_line
         elif kind == "text":
-            if is_other_header(row) and _numbers_below(rows, i):
+            other = is_other_header(row) or _heads_results(sheet, rows, i, blocks[-1].rows)
+            if other and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
@@ -321,6 +323,8 @@ _PAGE = re.compile(
     r"(?:(?:of|von|de|di|sur|z|av|из|/)\s*\d+|页|頁|ページ)?[-=*~\s]*",
     re.IGNORECASE,
 )
+# The same at the end of a line that stands on every page.
+_NUMBER_OF_PAGE = re.compile(rf"(?<![^\W_]){_PAGE.pattern}$", re.IGNORECASE)
 # A line that numbers or names a run, of another ball or specimen for all that it says.
 _RUN = re.compile(
     r"(?<![^\W_])(?:run|test|trial|experiment|versuch|messung|muster|serie|series|batch|essai|mesure|ensayo|prova|próba|pomiar|"
@@ -379,9 +383,42 @@ def _numbers_below(rows: list[list[str]], at: int) -> bool:
     return any(sum(is_numeric(c) for c in r) >= 2 for r in below)
 
 
+def _heads_results(sheet: Sheet, rows: list[list[str]], at: int, above: Sequence[int]) -> bool:
+    """Whether a line of words names a few rows at the end of the file that do not go on from the record, behind a blank line.
+
+    Parameters
+    ----------
+    sheet : the record, whose names are others.
+    rows : cells of every line.
+    at : which line.
+    above : lines of the rows of the record.
+    """
+    cells = [c.strip() for c in rows[at] if c.strip()]
+    below = [r for r in rows[at + 1 :] if any(c.strip() for c in r)]
+    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    if not above or time is None or len(cells) < 2 or not 0 < len(below) < FEW_ROWS:
+        return False
+    apart = any(not any(c.strip() for c in r) for r in rows[above[-1] + 1 : at])
+    words = not any(is_numeric(c) or is_clock(c) or is_missing(c) or is_over_range(c) for c in cells)
+    if not (apart and words) or SPECIMEN.search(" ".join(cells[1:])) or set(cells) & set(sheet.names):
+        return False
+    filled = [[c for c in r if c.strip()] for r in below]
+    if any(len(r) != len(cells) or not any(map(is_numeric, r)) for r in filled):
+        return False
+    last, first = (_number_of(sheet, r, time) for r in (rows[above[-1]], below[0]))
+    return last is not None and (first is None or first < last) and len(below) < len(above)
+
+
+def _number_of(sheet: Sheet, row: Sequence[str], index: int) -> float | None:
+    """The number in a cell of a row, None where there is none."""
+    cell = row[index] if index < len(row) else ""
+    marks = (sheet.declared_decimal,) if sheet.declared_decimal else (".", ",")
+    return next((n for mark in marks if (n := parse_number(cell, mark)) is not None), None)
+
+
 def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> list[str]:
     """The note on a table of results below the record; a long one is refused."""
-    n = sum(1 for r in rows[at + 1 :] if sum(is_numeric(c) for c in r) >= 2)
+    n = sum(1 for r in rows[at + 1 :] if sum(map(is_numeric, r)) >= 2)
     line = start + at + 1
     if n >= FEW_ROWS:
         raise InputError(
@@ -410,7 +447,8 @@ def _label(sheet: Sheet, header: int) -> str:
     """The nearest line above a header that names a specimen, within eight lines."""
     for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
         if SPECIMEN.search(line):
-            return re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()[:60]
+            named = re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()
+            return _NUMBER_OF_PAGE.sub("", named)[:60]
     return ""
 
 
@@ -459,12 +497,7 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
     if time is None or len(labels) > 1:
         return False
 
-    def number(row: list[str]) -> float | None:
-        cell = row[time] if time < len(row) else ""
-        marks = (sheet.declared_decimal,) if sheet.declared_decimal else (".", ",")
-        return next((n for mark in marks if (n := parse_number(cell, mark)) is not None), None)
-
-    ends = [(number(rows[b.rows[0]]), number(rows[b.rows[-1]])) for b in blocks]
+    ends = [(_number_of(sheet, rows[b.rows[0]], time), _number_of(sheet, rows[b.rows[-1]], time)) for b in blocks]
     return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
 
 

@@ -64,6 +64,12 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         row = int(np.argmax(there))
         return ClockTimes(np.full(n, np.nan), conflict="a time of day stands among numbers", row=row, advice="Correct the cell")
     notes: list[str] = []
+    before = np.flatnonzero(np.signbit(parts[:, 2]) & there)
+    if before.size and (parsed.dates or len(dates)):
+        row = int(before[0])
+        return ClockTimes(np.full(n, np.nan), conflict="a time of a date has a minus", row=row, advice="Correct the cell")
+    if before.size:
+        notes.append(f'{before.size} time(s) with a minus, as "{cells[before[0]].strip()}", are read as before zero')
     if len(parsed.called) > 1:
         names = [next((name for name in parsed.called if name and cell.strip().endswith(name)), "") for cell in cells]
         row = next(i for i, name in enumerate(names) if name != names[0])

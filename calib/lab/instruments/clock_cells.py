@@ -34,6 +34,8 @@ _ZONE = re.compile(r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})$", re.ASCII)
 _CALLED = re.compile(rf"(?<=\d)\s*{_ZONE_NAMES}\s*$")
 # Days, hours, minutes and seconds since the start.
 _FOUR_FIELDS = re.compile(r"^\s*(\d{1,4}):(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$", re.ASCII)
+# The minus of a time before zero, as of what was logged before a trigger: "-00:00:02.5".
+_BEFORE_ZERO = re.compile(r"^\s*[-\u2212](?=\d{1,3}:\d{2}:\d{2}(?:[.,]\d+)?\s*$)", re.ASCII)
 _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 
 
@@ -47,6 +49,7 @@ def is_clock(cell: str) -> bool:
 
 @lru_cache(maxsize=8192)  # cells of a line are asked about several times
 def _has_form_of_clock(cell: str) -> bool:
+    cell = _BEFORE_ZERO.sub("", cell)
     forms = (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS)
     if any(form.match(cell) is not None for form in forms):
         return True
@@ -85,7 +88,7 @@ class ClockParts:
 
     Attributes
     ----------
-    parts : numbers before, between and behind the colons, nan where there is none, (n_row, 3).
+    parts : numbers before, between and behind the colons, nan where there is none, (n_row, 3); all with a minus before zero.
     fraction : decimals behind a part that is not the third, (n_row,).
     zones : offset from UTC [s], nan where none is written, (n_row,).
     dates : of each cell, "" where it has none; [] if no cell has.
@@ -132,7 +135,8 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     if zone is not None:
         zones[:] = zone
     for i in odd:
-        cell = cells[i]
+        before_zero = _BEFORE_ZERO.match(cells[i]) is not None
+        cell = _BEFORE_ZERO.sub("", cells[i])
         match, two = _CLOCK.match(cell), _TWO_FIELDS.match(cell)
         if match is None and two is None and _FOUR_FIELDS.match(cell) is None:
             figures = in_figures(cell)
@@ -162,6 +166,8 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
         called |= {match["called"] or ""} if not name else set()
         if match["zone"]:
             zones[i] = _offset(match["zone"])
+        if before_zero:
+            parts[i] = -parts[i]
         dates[i] = match["date"] or ""
     dated = any(dates)
     hours = parts[np.isfinite(parts[:, 0]), 0]

@@ -364,7 +364,8 @@ def no_header(text: LabText) -> Fault:
         return Fault(
             f"there is no header; the lines look like replies of {replies}, without a time and without the names of the values",
             text.path,
-            advice="Log with a header, or say which column is what: --columns time=1 --columns capacitance=2, with --units",
+            advice="A capacitance is read over a time: log the time of each reply in a column before it, and write names and "
+            'units above, as in "Time (s),Cp (F),D,status"',
         )
     return Fault(
         f"no header row with column names that are understood{found}",

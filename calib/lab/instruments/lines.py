@@ -147,6 +147,8 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
         return "text"  # `key,value` below the table
     if worded and first.endswith(":") and len(cells) > width:
         return "text"  # "Data Header: Time: 10.000 Sec 3/12/2024 2:11:05 PM"
+    if worded and len(cells) > width and 2 * (numbers + nothing) < len(there):
+        return "text"  # "Test report 0815   Page 2", cut at its blanks
     readings = sum(is_numeric(c) or is_clock(c) for c in cells)
     if worded and readings < sum(bool(c) for c in cells) - readings and readings < 2:
         return "text"  # `key,value,unit`

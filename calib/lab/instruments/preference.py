@@ -471,7 +471,7 @@ def _choice_of(
     if not rivals:
         return []
     all_of = [best, *rivals]
-    choice = Choice("columns", tuple(sheet.name_for_asking(c.index) for c in all_of), quantity)
+    choice: Choice | None = Choice("columns", tuple(sheet.name_for_asking(c.index) for c in all_of), quantity)
     advice = f"Say which one is meant: {choice}"
     blocks = blocks_of_clocks(sheet, sheet.columns) if quantity == "time" else ()
     if blocks:

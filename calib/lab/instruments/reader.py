@@ -24,6 +24,7 @@ from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import CellTypes, Part
 from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
+from calib.lab.instruments.side_clocks import ONE_CLOCK
 from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
 from calib.lab.instruments.unit_columns import with_unit_columns
@@ -203,12 +204,6 @@ def _of(part: Part, fault: Fault) -> Fault:
     return replace(fault, message=f"{part.title}: {fault.message}", line=line if line is None or line > 0 else None)
 
 
-_ONE_CLOCK = (
-    "Export them with the same times (in LabVIEW: Align and Resample Express VI), or save one table of the times and readings "
-    "of the force and, in a column beside them, the displacement interpolated to these times, all counted from one moment"
-)
-
-
 def _times_apart(path: Path, parts: Sequence[Part], reading: Reading) -> Fault | None:
     """What to say where parts with times of their own hold the force, and others the displacement; None if they do not."""
     of_parts = {part: _named_in(part.text, reading) for part in parts if part.text is not None}
@@ -222,7 +217,7 @@ def _times_apart(path: Path, parts: Sequence[Part], reading: Reading) -> Fault |
     message = (
         f"force and displacement are in parts of the file that have times of their own, so that no row holds both: {listed}"
     )
-    return Fault(message, path, advice=_ONE_CLOCK)
+    return Fault(message, path, advice=ONE_CLOCK)
 
 
 def _is_record(text: LabText, reading: Reading) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -15,6 +15,11 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import words
 
+#: What to do with a force and a displacement that were read at other times.
+ONE_CLOCK = (
+    "Export them with the same times (in LabVIEW: Align and Resample Express VI), or save one table of the times and readings "
+    "of the force and, in a column beside them, the displacement interpolated to these times, all counted from one moment"
+)
 _MEASURED = ("displacement", "force", "capacitance")
 
 
@@ -75,8 +80,15 @@ def _parts(sheet: Sheet, columns: Sequence[Sequence[str]]) -> list[range]:
     return [range(a + 1, b) for a, b in pairwise(edges) if b > a + 1]
 
 
-def choice_of_clock(sheet: Sheet, blocks: Sequence[ClockBlock]) -> tuple[str, Choice]:
+def _is_enough(quantities: Collection[str]) -> bool:
+    """Whether a record of these quantities is read: a capacitance, or a load over the displacement."""
+    return "capacitance" in quantities or {"displacement", "force"} <= set(quantities)
+
+
+def choice_of_clock(sheet: Sheet, blocks: Sequence[ClockBlock]) -> tuple[str, Choice | None]:
     """What to say where blocks have a time each, and none is said: each with the columns that are read with it.
+
+    Where none of them alone is a record that is read, there is nothing to choose.
 
     Parameters
     ----------
@@ -85,6 +97,10 @@ def choice_of_clock(sheet: Sheet, blocks: Sequence[ClockBlock]) -> tuple[str, Ch
     """
     left_out = {IN_PLACE_OF.get(q, q) for i, q in sheet.assigned.items() if i < 0}
     blocks = [b for b in blocks if any(q not in left_out for _, q in b.measured)] or list(blocks)
+    enough = [b for b in blocks if _is_enough({q for _, q in b.measured} - left_out)]
+    if not enough and {"displacement", "force"} <= {q for b in blocks for _, q in b.measured}:
+        return ONE_CLOCK, None
+    blocks = enough or blocks
     choices = [Choice("columns", (str(b.time + 1),), "time") for b in blocks]
     named = [", ".join(f'"{sheet.names[i]}"' for i, q in b.measured if q not in left_out) for b in blocks]
     listed = ", ".join(f"{choice} to read {names}" for choice, names in zip(choices, named, strict=True))

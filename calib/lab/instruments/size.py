@@ -36,6 +36,9 @@ _SHOWN = 500
 # Days of a calendar go up from nearly each row to the next.
 _UP = 0.98
 
+# Where a press is left without it.
+_LEAVE_OUT = "; or name another column of the capacitance, or leave it out: --columns capacitance=none"
+
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
     """List the columns whose largest reading is too small or too large for a small soft sample, and negative capacitances.
@@ -202,7 +205,7 @@ def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping
         index = places[quantity]
         advice = _names_exchanged(sheet, values, places, index) or (
             "Export what the meter read, without a reference or an offset taken off; if it is all of it, say its "
-            "unit once more: --units capacitance=...; or leave it out: --columns capacitance=none"
+            f"unit once more: --units capacitance=...{_LEAVE_OUT if {'displacement', 'force'} <= set(values) else ''}"
         )
         return [
             Fault(
@@ -249,8 +252,8 @@ def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[st
                     sheet.text.path,
                     int(sheet.lines[row]),
                     index + 1,
-                    advice="Export what the meter read, without a reference or an offset taken off; or name another column of "
-                    "the capacitance, or leave it out: --columns capacitance=none",
+                    advice="Export what the meter read, without a reference or an offset taken off"
+                    + (_LEAVE_OUT if {"displacement", "force"} <= set(values) else ""),
                 )
             ]
     return []

@@ -314,7 +314,8 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
         return ""
     if all(_TYPE.fullmatch(cell) for cell in said):
         return "types of the columns"
-    if all(_SERIAL_NUMBER.fullmatch(cell) for cell in said):
+    serial = [_SERIAL_NUMBER.fullmatch(cell) is not None for cell in said]
+    if any(serial) and all(own or all(instrument_words(cell.split())) for cell, own in zip(said, serial, strict=True)):
         return "serial numbers"
     if len(set(said)) > 1:
         return "comments on the columns" if _remarks(cells, [heading for heading, _ in pairs], names, units) else ""

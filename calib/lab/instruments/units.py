@@ -47,7 +47,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "millisecondi мс 毫秒 ミリ秒 밀리초",
             "cs": "cs csec centisecond centiseconds Zentisekunden centésimas",
             "us": "us µs usec µsec micros microsecond microseconds Mikrosekunden microsecondes мкс 微秒 マイクロ秒",
-            "ns": "ns nsec nanosecond nanoseconds",
+            "ns": "ns nsec nanosecond nanoseconds Nanosekunden",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
             "day": "d day days Tag Tage jour jours día días giorni dni 天 日",
             "hour": "h H hr hrs Hr Hrs HR HRS hour hours Hour Hours Stunde Stunden heure heures hora horas ore godziny 小时 "
@@ -92,10 +92,10 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "F": {
             "F": "F farad farads Farad 法拉",
             "mF": "mF millifarad millifarads",
-            "uF": "uF µF uf µf ufd µfd microfarad microfarads мкФ 微法",
-            "nF": "nF nf nfd nanofarad nanofarads нФ 纳法",
-            "pF": "pF pf pfd uuF µµF uufd µµfd mmfd picofarad picofarads пФ 皮法",
-            "fF": "fF femtofarad femtofarads",
+            "uF": "uF µF uf µf ufd µfd microfarad microfarads Mikrofarad mikrofarad мкФ 微法",
+            "nF": "nF nf nfd nanofarad nanofarads Nanofarad нФ 纳法",
+            "pF": "pF pf pfd uuF µµF uufd µµfd mmfd picofarad picofarads Picofarad Pikofarad pikofarad пФ 皮法",
+            "fF": "fF femtofarad femtofarads Femtofarad",
             "aF": "aF attofarad attofarads",
         },
         "Hz": {"Hz": "Hz HZ hz hertz Hertz 赫兹", "kHz": "kHz KHz kHZ KHZ", "MHz": "MHz"},
@@ -104,17 +104,34 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
 )
 
 # Spellings that may be several units -> what may be meant, the likeliest first; those that differ by their case are found.
+# The "µ" of DOS, of code pages 437 and 850, is read as "æ".
 _MEANT: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
-        "s": {"\N{REPLACEMENT CHARACTER}s": ("us",), "?s": ("us",)},
-        "m": {"\N{REPLACEMENT CHARACTER}m": ("um",), "?m": ("um",), "A": ("Å",), "micro": ("um",), "u": ("um",), "µ": ("um",)},
-        "N": {"p": ("gf",), "gr": ("gf",), "\N{REPLACEMENT CHARACTER}N": ("uN",), "?N": ("uN",), "t": ("1000 kgf",)},
+        "s": {"\N{REPLACEMENT CHARACTER}s": ("us",), "?s": ("us",), "æs": ("us",)},
+        "m": {
+            "\N{REPLACEMENT CHARACTER}m": ("um",),
+            "?m": ("um",),
+            "æm": ("um",),
+            "A": ("Å",),
+            "micro": ("um",),
+            "u": ("um",),
+            "µ": ("um",),
+        },
+        "N": {
+            "p": ("gf",),
+            "gr": ("gf",),
+            "\N{REPLACEMENT CHARACTER}N": ("uN",),
+            "?N": ("uN",),
+            "æN": ("uN",),
+            "t": ("1000 kgf",),
+        },
         "F": {
             "mmF": ("pF", "mF"),
             "mfd": ("uF", "mF"),
             "mf": ("mF", "uF"),
             "\N{REPLACEMENT CHARACTER}F": ("uF",),
             "?F": ("uF",),
+            "æF": ("uF",),
             "p": ("pF",),
             "n": ("nF",),
             "u": ("uF",),

@@ -30,6 +30,8 @@ FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
 #: The same where noise lies on the flat top: readings that stay within so many times their noise of their median, at least so
 #: many, rising less than such a share of what they did just before; and the share of the range that must be lost.
 LEVEL_NOISES, LEVEL_READINGS, LEVEL_RISE, LEVEL_LOSS = 4.0, 10, 0.15, 0.05
+#: Different places of the ball that show how a channel goes on; readings while it stands at one are a hold.
+LEVEL_PLACES = 3
 #: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
 #: fifth of the curve.
 GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
@@ -143,7 +145,7 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
     begin, end = longest_run(y == top)
     n = end - begin
     before = (x >= x[begin] - 0.1 * float(np.ptp(x))) & (np.arange(x.size) < begin)
-    rise = max(slope_and_error(x[before], y[before])[0], 0.0) if np.sum(before) >= 5 else 0.0
+    rise = max(slope_and_error(x[before], y[before])[0], 0.0) if np.unique(x[before]).size >= LEVEL_PLACES else 0.0
     lost = rise * float(x[end - 1] - x[begin])
     if n >= FLAT_TOP and lost > 3 * (c.step + c.noise):
         finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
@@ -172,7 +174,7 @@ def _levels_off(c: LoadingBranch) -> tuple[int, float] | None:
             continue
         travel = float(x[-1] - x[0])
         before = (c.x >= x[0] - travel) & (c.x < x[0]) & (np.arange(c.x.size) < c.x.size - n)
-        if travel <= 0 or np.sum(before) < 5:
+        if min(np.unique(x).size, np.unique(c.x[before]).size) < LEVEL_PLACES:
             return None
         rise = slope_and_error(c.x[before], c.y[before])[0]
         lost = (rise - slope_and_error(x, y)[0]) * travel

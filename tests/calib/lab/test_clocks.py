@@ -12,6 +12,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab.clocks.estimate import clock_offset
 from calib.lab.clocks.offset import ClockOffset
+from calib.lab.instruments.clock import read_clock
 from calib.lab.instruments.labtable import LabTable
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
@@ -326,3 +327,18 @@ def test_the_cycle_of_the_tester_decides_which_readings_of_the_meter_are_used(tm
         assert any(f"cycle {cycle} is used" in n for n in sweep.notes)
     with pytest.raises(InputError, match="no cycle 4, the file has 3 loading branches"):
         make_sweep("s", "", 5e-3, *files, use=Use(cycles=(4,)))
+
+
+@pytest.mark.parametrize("minus", ["-", "\u2212"])
+def test_times_before_a_trigger_are_read_as_before_zero_with_a_note(minus: str) -> None:
+    seconds = np.arange(-150, 300) * 0.5
+    cells = [f"{minus if s < 0 else ''}00:{int(abs(s)) // 60:02d}:{abs(s) % 60:04.1f}" for s in seconds]
+    found = read_clock(cells)
+    assert not found.conflict
+    np.testing.assert_allclose(found.seconds, seconds)
+    assert any("with a minus" in note for note in found.notes)
+
+
+def test_a_minus_beside_a_date_is_refused() -> None:
+    cells = [f"{'-' if k < 3 else ''}00:00:{k:04.1f}" for k in range(20)]
+    assert read_clock(cells, ["2024-05-02"] * 20).conflict

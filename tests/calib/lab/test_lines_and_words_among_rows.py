@@ -216,3 +216,43 @@ def test_an_error_of_a_spreadsheet_in_any_language_leaves_out_its_row(tmp_path: 
 @pytest.mark.parametrize("cell", ["#Note!", "# N!", "#1!", "#12", "REF!", "Err: 12", "#weiter", "check!"])
 def test_other_words_behind_a_hash_are_no_error_of_a_spreadsheet(cell: str) -> None:
     assert not is_missing(cell)
+
+
+TITLES = (
+    "Test report 0815          Page {}",
+    "Report 0815 of 3.2.2024 Seite {}",
+    "Specimen 7 of 12     Page {} of 5",
+    "Pad 3 - page {}",
+)
+
+
+def paged(tmp_path: Path, title: str, gap: str, *, back: bool = False) -> Path:
+    lines = []
+    for page in range(4):
+        clock = 0.0 if back else 0.1 * 20 * page
+        lines += [title.format(page + 1), "", gap.join(["Time", "Displacement", "Force"]), gap.join(["[s]", "[mm]", "[N]"])]
+        rows = [(clock + 0.1 * k, x) for k, x in enumerate(WAY[20 * page : 20 * page + 20].tolist())]
+        lines += [gap.join([f"{t:.1f}", f"{x:.4f}", f"{4 * max(x - 0.15, 0.0) ** 1.5:.4f}"]) for t, x in rows] + [""]
+    path = tmp_path / "pages.txt"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.parametrize("gap", ["   ", "\t", ";"])
+def test_pages_with_a_title_above_each_header_are_one_record(tmp_path: Path, title: str, gap: str) -> None:
+    table = read_lab_file(paged(tmp_path, title, gap))
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * WAY[:80], atol=1e-7)
+    assert not any(table.reasons)
+    assert any("the header stands 4 times" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("title", ["Specimen {} of 12", "Test report 0815   Specimen {}"])
+def test_pages_of_several_specimens_are_asked_about(tmp_path: Path, title: str) -> None:
+    with pytest.raises(InputError, match="the file holds 4 specimens"):
+        read_lab_file(paged(tmp_path, title, "   "))
+
+
+def test_pages_whose_time_begins_anew_are_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the file holds 4 specimens"):
+        read_lab_file(paged(tmp_path, TITLES[0], "   ", back=True))

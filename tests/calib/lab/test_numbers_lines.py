@@ -73,6 +73,37 @@ def test_a_table_of_results_below_and_other_specimens_are_named(tmp_path: Path) 
     assert "lines 2 to 31: rows of another specimen" in unread(table)
 
 
+RESULTS = (
+    ["", "Results", "Specimen,Extension at max (mm),Max load (N)", "1,0.30,7.1"],
+    ["", "Specimen,Max load (N)", "1,7.1"],
+    ["", "Ergebnisse", "", "Nr,Fmax (N),W (mJ),Smax (mm)", "1,7.1,0.3,0.30", "Mittel,7.1,0.3,0.30"],
+    ["", "Statistics", "Quantity,Value,Unit", "Fmax,7.1,N", "smax,0.3,mm"],
+)
+
+
+@pytest.mark.parametrize("results", RESULTS)
+def test_a_few_results_under_names_of_their_own_at_the_end_are_left_out_with_a_note(tmp_path: Path, results: list[str]) -> None:
+    timed = joined(ROWS)
+    table = read_lab_file(lab_file(tmp_path, ",".join(HEAD), *timed, *results))
+    assert table.lines.tolist() == list(range(2, len(timed) + 2))
+    assert not any(table.reasons)
+    assert any("left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "below",
+    [
+        ["", "Results", "Step,Way,Pull", "99.0,0.30,7.1"],  # time goes on
+        ["", "Second press", "Step,Way,Pull", *[f"{k},0.30,7.1" for k in range(12)]],  # too many
+        ["Results", "Step,Way,Pull", "1,0.30,7.1"],  # not set apart
+        ["", "Results", "Step,Way,Pull", "1,0.30,7.1", "", "Step,Way,Pull,Other", "1,0.30,7.1,2"],  # more than one table
+    ],
+)
+def test_rows_below_other_words_that_may_go_on_are_refused(tmp_path: Path, below: list[str]) -> None:
+    timed = joined(ROWS)
+    assert "stands among the rows" in refusal(lab_file(tmp_path, ",".join(HEAD), *timed, *below))
+
+
 @pytest.mark.parametrize("marks", [("1", "2"), ("3", "7")])
 def test_headers_that_differ_by_the_number_of_the_specimen_are_specimens(tmp_path: Path, marks: tuple[str, str]) -> None:
     rows = [f",{row}" for row in joined(ROWS)]

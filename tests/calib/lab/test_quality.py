@@ -407,6 +407,22 @@ def test_a_press_that_no_ball_in_silicone_makes_asks_for_its_units(tmp_path: Pat
     assert "--units" in found.advice
 
 
+@pytest.mark.parametrize(("each", "places"), [(10, 21), (20, 11), (5, 41), (40, 6)])
+@pytest.mark.parametrize("limit", [math.inf, 2.0])
+def test_readings_while_the_ball_stands_on_a_step_are_no_clipping(tmp_path: Path, each: int, places: int, limit: float) -> None:
+    x = np.repeat(np.linspace(0.0, 1.0, places), each)
+    x = np.concatenate([x, x[::-1]])
+    noise = 2e-3 * np.random.default_rng(3).normal(size=x.size)
+    f = np.minimum(5 * np.maximum(x - 0.2, 0.0) ** 1.5, limit) + noise
+    lines = [f"{0.5 * i:.1f},{b:.3f},{c:.3f}\n" for i, (b, c) in enumerate(zip(x, f, strict=True))]
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
+    found = grade(observe(read_lab_file(tmp_path / "t.csv")), "clipping")
+    if math.isinf(limit):
+        assert found.level == "good"
+    elif places > 20:
+        assert found.level == "bad"
+
+
 def test_coarse_steps_alone_are_no_clipping(tmp_path: Path) -> None:
     assert grade(Test(decimals=1, noise=0.0).observe(tmp_path), "clipping").level == "good"
 

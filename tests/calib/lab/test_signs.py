@@ -502,8 +502,59 @@ def test_a_record_of_a_dozen_rows_under_a_drift_is_in_doubt(drift: float, right:
     load = np.maximum(depth, 0.0) ** 1.4 + drift * np.linspace(0.0, 1.0, depth.size)
     columns = {"displacement": displacement * depth * 1e-3, "force": force * load}
     if not right:
-        with pytest.raises(InputError, match="it cannot be told which way compression is"):
+        with pytest.raises(InputError, match=r"it cannot be told which way compression is|a drift is larger than the press"):
             observe(table(columns))
         return
     found = observe(table(columns)).signs
     assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+
+
+SAID: tuple[dict[str, str], ...] = (
+    {},
+    {"force": "compression positive"},
+    {"force": "compression negative"},
+    {"force": "compression positive", "displacement": "compression positive"},
+)
+
+
+@pytest.mark.parametrize("said", SAID)
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("corners", [(-0.2, 0.8, -0.2), (-0.2, 0.8, -0.2, 0.8, -0.2), (-0.2, 0.8, 0.1)])
+def test_a_force_that_was_sorted_alone_is_refused_whatever_is_said_of_its_sign(
+    corners: Sequence[float], order: int, said: dict[str, str]
+) -> None:
+    columns = Record(corners=corners).columns
+    columns = {"displacement": columns["displacement"], "force": np.sort(columns["force"])[::order]}
+    with pytest.raises(
+        InputError, match="force goes one way from the first row to the last, while the ball goes there and comes"
+    ):
+        observe(table(columns, said))
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        Record(),
+        Record(corners=(-0.2, 0.8)),
+        Record(corners=(0.8, -0.2)),
+        Record(corners=(-0.2, 0.8, 0.6)),
+        Record(drift=0.02),
+        Record(wait=60.0, drift=0.1),
+        Record(corners=(-0.2, 0.8, -0.5), pull_off=15.0),
+    ],
+)
+def test_a_press_whose_sign_is_said_is_not_taken_for_a_sorted_one(record: Record) -> None:
+    columns = {q: v for q, v in record.columns.items() if q != "capacitance"}
+    assert observe(table(columns, {"force": "compression positive"})).signs["force"].factor == 1
+
+
+def test_a_displacement_that_is_turned_against_its_name_is_told_of() -> None:
+    columns = Record().columns
+    columns = {"displacement": -columns["displacement"], "force": columns["force"]}
+    names = {"displacement": "Compressive displacement (mm)"}
+    found = observe(table(columns, {"force": "compression positive"}, names)).signs["displacement"]
+    assert found.factor == -1
+    assert 'but displacement is called "Compressive displacement (mm)"' in found.note
+    told = observe(table(Record().columns, {"force": "compression positive"}, names)).signs["displacement"]
+    assert told.factor == 1
+    assert "but displacement is called" not in told.note

@@ -181,3 +181,41 @@ def test_runs_side_by_side_with_labels_behind_their_units_are_read_one_at_a_time
         table = calib.read_lab_file(file, calib.Reading(columns={"time": time}))
         assert set(table.columns) == {"time", "displacement", "force", "capacitance"}
         assert np.nanmax(table.columns["time"]) == pytest.approx(last)
+
+
+def refused_with(path: Path, header: str, rows: list[str]) -> str:
+    path.write_text("\n".join([header, *rows] if header else rows) + "\n")
+    with pytest.raises(calib.InputError) as refused:
+        calib.read_lab_file(path)
+    return str(refused.value)
+
+
+def test_of_a_force_and_a_displacement_with_clocks_of_their_own_no_single_one_is_offered(tmp_path: Path) -> None:
+    rows = [f"{0.1 * i:.2f},{9e-5 * i**2:.4f},{0.08 * i:.2f},{0.009 * i:.4f},{97 + 0.01 * i:.3f}" for i in range(80)]
+    said = refused_with(
+        tmp_path / "two.csv", "Time (s),Force (N),Time (s),Displacement (mm)", [r.rsplit(",", 1)[0] for r in rows]
+    )
+    assert "the displacement interpolated to these times" in said
+    assert "--columns" not in said
+    said = refused_with(tmp_path / "three.csv", "Time (s),Force (N),Time (s),Displacement (mm),Cp (pF)", rows)
+    assert '--columns time=3 to read "Displacement (mm)", "Cp (pF)"' in said
+    assert "time=1" not in said
+    table = calib.read_lab_file(tmp_path / "three.csv", calib.Reading(columns={"time": "3"}))
+    assert {"displacement", "capacitance"} <= set(table.columns)
+
+
+def test_replies_of_a_meter_without_a_time_are_asked_for_one(tmp_path: Path) -> None:
+    rows = [f"+{9.71 + 0.001 * i:.4f}0E-11,+1.99730E-03,+0" for i in range(60)]
+    said = refused_with(tmp_path / "raw.txt", "", rows)
+    assert "log the time of each reply in a column before it" in said
+    assert "--columns" not in said
+    (tmp_path / "raw.csv").write_text("\n".join(["Time (s),Cp (F),D,status", *(f"{0.5 * i},{r}" for i, r in enumerate(rows))]))
+    assert "capacitance" in calib.read_lab_file(tmp_path / "raw.csv").columns
+
+
+@pytest.mark.parametrize(("header", "offered"), [("Time (s),Cp (pF)", False), ("Time (s),Cp (pF),s (mm),F (N)", True)])
+def test_a_negative_capacitance_may_be_left_out_where_a_press_is_left(tmp_path: Path, header: str, offered: bool) -> None:
+    rows = [f"{0.1 * i:.1f},{-97 - 0.01 * i:.3f}{f',{0.01 * i:.3f},{9e-4 * i**2:.4f}' if offered else ''}" for i in range(60)]
+    said = refused_with(tmp_path / "lab.csv", header, rows)
+    assert "which no capacitance is" in said
+    assert ("--columns capacitance=none" in said) == offered

@@ -129,6 +129,38 @@ def test_a_line_of_remarks_below_names_and_units_is_left_out(tmp_path: Path, hea
     assert any("comments on the columns" in what.reason for what in table.unread)
 
 
+@pytest.mark.parametrize("serial", ["-;SN 0815;SN 4711", "E4980A;S/N 0815;SN 4711", "Instron 5943;SN 0815;ser no. 4711"])
+def test_a_line_of_serial_numbers_and_instruments_below_the_units_is_left_out(tmp_path: Path, serial: str) -> None:
+    table = read(tmp_path, f"1;2;3\nZeit;Weg;Kraft\ns;mm;N\n{serial}", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("serial numbers" in what.reason for what in table.unread)
+
+
+def test_other_words_beside_serial_numbers_are_refused(tmp_path: Path) -> None:
+    for serial in ("SN 0815;SN 4711;max", "SN 0815;kN;SN 4711", "SN 0815;SN 4711;x10"):
+        with pytest.raises(InputError):
+            read(tmp_path, f"Zeit;Weg;Kraft\ns;mm;N\n{serial}", TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("Pikofarad", 1e-12), ("Picofarad", 1e-12), ("Nanofarad", 1e-9), ("Femtofarad", 1e-15)]
+)
+def test_units_of_a_capacitance_that_are_spelled_out_in_german_are_read(tmp_path: Path, unit: str, factor: float) -> None:
+    table = read(tmp_path, f"Zeit in Sekunden;Kapazität in {unit}", TIME, CAPACITANCE * 1e-12 / factor * 1.0)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16 + 1e-4 * factor)
+
+
+def test_the_micro_sign_of_dos_asks_whether_it_is_meant(tmp_path: Path) -> None:
+    path = tmp_path / "dos.csv"
+    rows = [f"{TIME[k]:.2f};{1e3 * DEPTH[k]:.1f};{FORCE[k]:.3f}" for k in range(N)]
+    path.write_bytes("\n".join(["Zeit [s];Weg [µm];Kraft [N]", *rows, ""]).encode("cp850"))
+    with pytest.raises(InputError, match="did you mean um") as refused:
+        read_lab_file(path, Reading())
+    assert "--units displacement=um" in str(refused.value)
+    table = read_lab_file(path, Reading(units={"displacement": "um"}))
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+
+
 @pytest.mark.parametrize(
     "below",
     [
