@@ -38,6 +38,7 @@ _ABOUT = {
     "certificate.json.minisig": "signature of certificate.json (minisign)",
 }
 _PAGES = ("report.html", "report.pdf")
+_ADVICE = ("recommendation.json", "specification.csv", "next.json")
 #: Files that a command leaves in a run's folder; all others are of the command that made the draws.
 WRITTEN_BY: Mapping[str, tuple[str, ...]] = {
     "recommend": ("recommendation.json", "specification.csv", *_PAGES),
@@ -205,7 +206,9 @@ def _written(commands: Sequence[str], names: Sequence[str]) -> list[list[str]]:
     left, written = list(names), list[list[str]]()
     for k, text in reversed(list(enumerate(commands))):
         kind = text.split()[1] if text.startswith("calib ") else ""
-        own = [name for name in left if name in WRITTEN_BY.get(kind, names)] if k else left
+        # What calibrates once more, to go on or to take the experiment anew, leaves advice as it was.
+        of_kind = WRITTEN_BY.get(kind, [name for name in names if name not in _ADVICE])
+        own = [name for name in left if name in of_kind] if k else left
         left = [name for name in left if name not in own]
         written.append(own)
     return written[::-1]

@@ -59,8 +59,26 @@ def test_it_tells_what_was_made_by_whom_from_what_and_how(read: Callable[..., RO
     assert crate.get("#measurement")["result"]["sha256"] == "01" * 32
 
 
-def test_each_file_is_of_the_command_that_wrote_it_last(make_posterior: Callable[..., Posterior]) -> None:
-    texts = ("calib calibrate a.toml -o RUN", "calib recommend RUN --force 10", "calib next RUN", "calib certificate RUN")
+_CALIBRATE, _RECOMMEND, _NEXT = "calib calibrate a.toml -o RUN", "calib recommend RUN --force 10", "calib next RUN"
+
+
+@pytest.mark.parametrize(
+    ("texts", "written"),
+    [
+        (
+            (_CALIBRATE, _RECOMMEND, _NEXT, "calib certificate RUN"),
+            (["posterior.nc", "summary.json"], ["recommendation.json"], ["report.html", "next.json"]),
+        ),
+        (
+            (_RECOMMEND, _NEXT, f"{_CALIBRATE} --resume", "calib certificate RUN"),
+            (["recommendation.json"], ["next.json"], ["posterior.nc", "summary.json", "report.html"]),
+        ),
+    ],
+    ids=["one after the other", "advice is kept where a run is gone on with"],
+)
+def test_each_file_is_of_the_command_that_wrote_it_last(
+    make_posterior: Callable[..., Posterior], texts: tuple[str, ...], written: tuple[list[str], ...]
+) -> None:
     commands = tuple({"text": text, "at": "2026-11-23T00:00:00+00:00", "version": "0.1.0"} for text in texts)
     names = ("posterior.nc", "summary.json", "report.html", "recommendation.json", "next.json")
     files = (*(CrateFile(name, "ab" * 32, 1) for name in names), CrateFile("certificate.json"))
@@ -72,7 +90,6 @@ def test_each_file_is_of_the_command_that_wrote_it_last(make_posterior: Callable
         return [entry["@id"] for entry in (value if isinstance(value, list) else [value])]
 
     actions = [graph[f"#command-{k}"] for k in (1, 2, 3, 4)]
-    written = (["posterior.nc", "summary.json"], ["recommendation.json"], ["report.html", "next.json"])
     assert [ids(action["result"]) for action in actions] == [*written, ["certificate.json"]]
     assert ids(actions[0]["object"]) == ["#input-1", "#input-2"]
     assert [ids(action["object"]) for action in actions[1:]] == [
