@@ -28,7 +28,7 @@ from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
-from calib.lab.instruments.other_clock import of_another_clock, second_clock
+from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -224,6 +224,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
     faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
+    notes += of_one_time(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
         faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)
@@ -370,10 +371,12 @@ def _blocks(empty: BoolArray) -> list[tuple[int, int]]:
 
 
 def _without_value(sheet: Sheet, index: int, blocks: Sequence[tuple[int, int]]) -> str:
-    """What to say of rows without readings of a channel, of which the others are used."""
+    """What to say of rows without readings of a channel, of which the others are used where the rows can be trusted."""
     first, behind = blocks[0]
     more = f", nor in {sum(b - a for a, b in blocks[1:])} rows farther down" if len(blocks) > 1 else ""
     where = f"lines {sheet.lines[first]} to {sheet.lines[behind - 1]}"
+    if all(r in sheet.reasons for a, b in blocks for r in range(a, b)):
+        return f'"{sheet.names[index]}" has no value in {where}{more}: these rows are left out, {sheet.reasons[first]}'
     return f'"{sheet.names[index]}" has no value in {where}{more}: what else these rows hold is used'
 
 
