@@ -55,7 +55,8 @@ _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 _BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*"
+    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
+    r"\b(?:div|gain|mult)(?![^\W\d_])[\s:=]*)\s*"
     r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
@@ -295,11 +296,14 @@ def factor_in(text: str) -> str:
     ('*1E-3', '/10', '10', '')
     >>> factor_in("x10 Load"), factor_in("x1 Load"), factor_in("F in 10^-2 N"), factor_in("F ÷ 10"), factor_in("1000 F")
     ('x10', '', '10^-2', '÷ 10', '1000')
+    >>> factor_in("force_x1000"), factor_in("force_div10"), factor_in("Force gain 10"), factor_in("force_x1")
+    ('x1000', 'div10', 'gain 10', '')
     >>> factor_in("dev3456/imps/0/sample.param1"), factor_in("F/10")
     ('', '/10')
     """
     if leading := leading_factor(text):
         return leading
+    text = text.replace("_", " ")
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(
@@ -307,7 +311,7 @@ def factor_in(text: str) -> str:
         text,
         re.IGNORECASE,
     )
-    return match[0] if match else ""
+    return match[0] if match and match[0].lower() not in ("x1", "×1") else ""
 
 
 def leading_factor(text: str) -> str:

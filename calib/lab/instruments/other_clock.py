@@ -45,9 +45,9 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
     whole = {q: n for q, n in ends.items() if _FEWEST <= n <= longest - _LOST and _length(sheet.columns[judged[q]]) == n}
     if "time" in whole and 1 < sum(n == whole["time"] for n in whole.values()) < len(judged):
         return [_two_tables(sheet, judged, {q: n for q, n in whole.items() if n == whole["time"]}, longest)]
-    beside = {q: n for q, n in whole.items() if _apart_from_time(sheet, places) and q in _PRESS}
-    if beside and len({ends[q] for q in judged if q in _PRESS}) == 1:
-        return [_two_tables(sheet, judged, beside, longest)]
+    press = {q: n for q, n in whole.items() if _apart_from_time(sheet, places) and q in _PRESS}
+    if press and len({ends[q] for q in judged if q in _PRESS}) == 1:
+        return [_two_tables(sheet, judged, press, longest)]
     short = {q: n for q, n in whole.items() if n < _SHARE * longest or _is_counted(sheet, judged, q, n)}
     for quantity, n in short.items():
         own = [i for i in range(len(sheet.names)) if i != places[quantity] and _length(sheet.columns[i]) == n]
@@ -100,7 +100,10 @@ def second_clock(
     own = values["time"]
     for index, name in enumerate(sheet.names):
         unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        if index in places.values() or index in sheet.set_aside or not why.startswith(_UNKNOWN):
+        beside_taken = why == f'"{sheet.names[places["time"]]}" is taken' and (
+            not sheet.plain_heading(index).quantity or _sides(places, index) != ""
+        )
+        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
             continue
         named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
         if not is_unit_of(unit, "time") if unit else not named:
@@ -113,11 +116,7 @@ def second_clock(
         if difference(own, other)[0] == "same":
             continue
         taken = sheet.names[places["time"]]
-        either = Choice("columns", tuple(sheet.name_for_asking(i) for i in sorted((places["time"], index))), "time")
-        advice = (
-            "Save the records of two instruments as two files, or leave out what was not read at the time that is meant "
-            f"({Choice('columns', ('none',), 'capacitance')}) and say which one that is: {either}"
-        )
+        advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
@@ -133,6 +132,29 @@ def _without_distrusted(sheet: Sheet) -> Sheet:
     if len(kept) == len(sheet.lines):
         return sheet
     return replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
+
+
+def _with_a_clock(sheet: Sheet, places: Mapping[str, int], index: int) -> str:
+    """How to say which of two clocks is meant, and to leave out what was not read at it."""
+    first, second = sorted((places["time"], index))
+    meter = str(Choice("columns", ("none",), "capacitance"))
+    press = " ".join(str(Choice("columns", ("none",), q)) for q in _PRESS if q in places)
+    times = [str(Choice("columns", (sheet.name_for_asking(i),), "time")) for i in (first, second)]
+    if side := _sides(places, index):
+        without = (meter, press) if side == "press" else (press, meter)
+        which = " or ".join(f"{time} {left_out}" for time, left_out in zip(times, without, strict=True))
+        return f"say which one is read, without what stands with the other: {which}"
+    return f"say which time is meant, {' or '.join(times)}, and leave out what was not read at it: {meter}, or {press}"
+
+
+def _sides(places: Mapping[str, int], index: int) -> str:
+    """What stands between two clocks, "press" or "meter", where the other stands behind the second; "" for any other order."""
+    first, second = sorted((places["time"], index))
+    press = [places[q] for q in _PRESS if q in places]
+    meters = [i for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    if not press or not meters or min(*press, *meters) < first:
+        return ""
+    return "press" if max(press) < second < min(meters) else "meter" if max(meters) < second < min(press) else ""
 
 
 def _apart_from_time(sheet: Sheet, places: Mapping[str, int]) -> bool:

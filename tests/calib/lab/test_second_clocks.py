@@ -42,6 +42,19 @@ def test_a_second_clock_of_any_name_is_asked_about(
     with pytest.raises(InputError, match="may be a time of its own beside") as raised:
         read(tmp_path, press, meter, clock)
     assert "--columns capacitance=none" in str(raised.value)
+    press_left_out = "--columns displacement=none --columns force=none"
+    both = f'"time={press}" --columns capacitance=none or --columns "time={meter}" {press_left_out}'
+    assert both.replace('"', "") in str(raised.value).replace('"', "")
+    for one in (press, meter):
+        try:
+            merged = {"force", "capacitance"} <= set(
+                read(tmp_path, press, meter, clock, Reading(columns={"time": one})).columns
+            )
+        except InputError:
+            merged = False
+        assert not merged
+    of_meter = Reading(columns={"time": meter, "displacement": "none", "force": "none"})
+    assert set(read(tmp_path, press, meter, clock, of_meter).columns) == {"time", "capacitance"}
     alone = Reading(columns={"time": press, "capacitance": "none"})
     table = read(tmp_path, press, meter, clock, alone)
     assert table.columns["time"][[0, 10]] == pytest.approx([0.0, 1.0])
