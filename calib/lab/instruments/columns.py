@@ -25,7 +25,7 @@ from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import counted_time, note_on_time
-from calib.lab.instruments.notation import Notation, decide_notation
+from calib.lab.instruments.notation import Notation, decide_notation, mark_shown
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
@@ -166,13 +166,15 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
     trusted = sheet.trusted()
+    beside = _mark_beside(trusted, [c.index for c in columns])
     notation = _typed(sheet, len(written)) or decide_notation(
         [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
         asked=reading.decimal,
         delimiter=sheet.delimiter,
-        timed="," if any(map(_has_commas_of_its_language, sheet.columns)) else "",
+        timed=beside[0],
+        where=beside[1],
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -441,12 +443,23 @@ def _but_time(choice: Choice | None) -> Choice | None:
 # A time of day with a decimal comma, but for that of milliseconds, which programs write in any language.
 _WITH_COMMA = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d(?::\d\d)?,(?:\d{1,2}|\d{4,})")
 _TIMES_SEEN = 50
+# Cells of a column that is not read that are looked at for their decimal mark.
+_MARKS_SEEN = 2000
 
 
 def _has_commas_of_its_language(cells: Sequence[str]) -> bool:
     """Whether the first cells of a column are times of day with decimal commas, as a program writes all its numbers."""
     there = [c.strip() for c in cells[:_TIMES_SEEN] if c.strip()]
     return len(there) > 2 and all(map(_WITH_COMMA.fullmatch, there))
+
+
+def _mark_beside(sheet: Sheet, read: Collection[int]) -> tuple[str, str]:
+    """The decimal mark that times of day, or columns that are not read, show for the others, and which these are."""
+    if any(map(_has_commas_of_its_language, sheet.columns)):
+        return ",", "the times of day"
+    marks = {i: mark for i, cells in enumerate(sheet.columns) if i not in read and (mark := mark_shown(cells[:_MARKS_SEEN]))}
+    first = next(iter(marks), -1)
+    return (marks[first], f'"{sheet.names[first]}"') if len({*marks.values()}) == 1 else ("", "")
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:
