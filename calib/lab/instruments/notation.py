@@ -152,7 +152,8 @@ def decide_notation(
     declared : the decimal mark that the file itself states, "" if it states none.
     asked : the decimal mark where the file leaves it open, as the user says; "" if nobody does.
     delimiter : of the file: no program that writes decimal commas parts cells by commas.
-    timed, where : the decimal mark of its times of day, or of columns that are not read, "" if they show none; and which these are.
+    timed, where : the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
+        are.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
