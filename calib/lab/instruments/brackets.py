@@ -51,7 +51,7 @@ _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W
 _IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
 # A symbol as TeX has it: "$C_p$", "$\\delta$", "$F_{\\mathrm{N}}$"; the Greek letters that stand for a length or a unit.
 _OF_TEX = re.compile(r"\$([^$]{1,40})\$")
-_GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "µ", r"\rm": "", r"\mathrm": "", r"\text": ""}
+_GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
 # "timeMs", "displacementMm", "forceN": the units that end such names, in the case that joins them.
 _JOINED = re.compile(r"(?P<name>[a-z]{3,})(?P<unit>S|Ms|Us|Mm|Um|Nm|N|Kn|Pf|Nf|Ff)")
 _OF_JOINED = {"S": "s", "Ms": "ms", "Us": "us", "Mm": "mm", "Um": "um", "Nm": "nm", "N": "N", "Kn": "kN", "Pf": "pF"} | {
