@@ -281,3 +281,23 @@ def test_other_deltas_are_no_displacement(tmp_path: Path, name: str) -> None:
 def test_seconds_since_a_day_that_their_name_says_begin_there(tmp_path: Path) -> None:
     table = press(tmp_path, "Timestamp (s since 01.01.1904),Extension (mm),F (N)")
     assert table.started == datetime(2022, 3, 14, 10, 21, 7)
+
+
+@pytest.mark.parametrize("symbols", ["t\tF\td", "t\tF\tD", "t\tFn\tdz"])
+def test_names_symbols_and_units_below_each_other_are_one_header(tmp_path: Path, symbols: str) -> None:
+    above = f"Vernier Format 2\nball.cmbl 3/11/2019 10:12:33 .\nData Set\nTime\tForce\tDisplacement\n{symbols}\ns\tN\tmm\n"
+    rows = [f"{t:.2f}\t{f:.3f}\t{d:.3f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text(above + "\n" + "\n".join(rows) + "\n")
+    table = read_lab_file(path)
+    assert table.columns["displacement"][20] == pytest.approx(1e-3 * DEPTH[20], abs=1e-6)
+    assert any("as symbols" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize("between", ["t\td\tF", "s\tN\tm"])
+def test_symbols_of_other_columns_between_names_and_units_are_refused(tmp_path: Path, between: str) -> None:
+    rows = [f"{t:.2f}\t{f:.3f}\t{d:.3f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["Time\tForce\tDisplacement", between, "s\tN\tmm", *rows]) + "\n")
+    with pytest.raises(InputError):
+        read_lab_file(path)
