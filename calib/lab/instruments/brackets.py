@@ -157,9 +157,8 @@ def tidy(cell: str) -> str:
     in_unit = _IN_UNIT.fullmatch(cell)
     if in_unit is not None and looks_like_unit(in_unit["unit"]):
         return f"{in_unit['name']} ({in_unit['unit']})"
-    joined = _JOINED.fullmatch(cell)
-    if joined is not None and any(is_unit_of(_OF_JOINED[joined["unit"]], m.quantity) for m in meanings(joined["name"], (), "")):
-        return f"{joined['name']} ({_OF_JOINED[joined['unit']]})"
+    if joined := unit_of_joined(cell):
+        return f"{cell[: -len(joined)]} ({joined})"
     of_tare = _TARE.fullmatch(cell)
     if of_tare is not None:
         return tidy(f"{of_tare['before']} ({of_tare['tare']})")
@@ -194,6 +193,17 @@ def _plain_symbol(match: re.Match[str]) -> str:
     """A symbol of TeX in plain letters."""
     plain = re.sub(r"\\[A-Za-z]+", lambda m: _GREEK.get(m[0], m[0]), match[1])
     return re.sub(r"[{}\s]", "", plain)
+
+
+def unit_of_joined(cell: str) -> str:
+    """The unit that a capital joins to a name in small letters, as it is usually written; "" if none of its quantity does.
+
+    >>> unit_of_joined("timeMs"), unit_of_joined("forceN"), unit_of_joined("sampleN"), unit_of_joined("forceMn")
+    ('ms', 'N', '', '')
+    """
+    match = _JOINED.fullmatch(cell)
+    unit = _OF_JOINED[match["unit"]] if match is not None else ""
+    return unit if match is not None and any(is_unit_of(unit, m.quantity) for m in meanings(match["name"], (), "")) else ""
 
 
 def usual_case(cell: str, below: str | None = None) -> str:

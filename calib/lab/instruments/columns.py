@@ -13,6 +13,7 @@ from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
+from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
@@ -154,6 +155,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
             faults += of_a_direction(sheet, index, usual)
+        if (usual := unit_of_joined(sheet.names[index])) and fault is None and quantity not in reading.units:
+            notes.append(f'"{sheet.names[index]}": the end of the name is read as its unit, {usual}')
+            faults += of_a_direction(sheet, index, usual) if usual == "N" else []
         unit = heading.unit or sheet.unit_below(index)
         if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')

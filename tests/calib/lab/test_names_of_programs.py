@@ -301,3 +301,17 @@ def test_symbols_of_other_columns_between_names_and_units_are_refused(tmp_path: 
     path.write_text("\n".join(["Time\tForce\tDisplacement", between, "s\tN\tmm", *rows]) + "\n")
     with pytest.raises(InputError):
         read_lab_file(path)
+
+
+def test_a_unit_that_a_capital_joins_to_a_name_is_told(tmp_path: Path) -> None:
+    table = read(tmp_path, "timeMs;displacementMm;forceN", TIME, DEPTH, FORCE)
+    assert table.columns["time"][10] == pytest.approx(1e-3)
+    assert sum("the end of the name is read as its unit" in note for note in table.notes) == 3
+
+
+@pytest.mark.parametrize("across", ["forceT", "forceX"])
+def test_a_joined_n_beside_another_direction_is_no_newton(tmp_path: Path, across: str) -> None:
+    header = f"timeMs;displacementMm;forceN;{across}"
+    with pytest.raises(InputError, match='"N" may be the direction'):
+        read(tmp_path, header, TIME, DEPTH, FORCE, FORCE)
+    assert "force" in read(tmp_path, header, TIME, DEPTH, FORCE, FORCE, reading=Reading(units={"force": "N"})).columns
