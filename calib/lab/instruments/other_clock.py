@@ -70,7 +70,13 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
 
 
 def of_one_time(sheet: Sheet, places: Mapping[str, int]) -> list[str]:
-    """What to say of a time that stands with the capacitance alone, an empty column apart from a press without one."""
+    """What to say of a time that stands with the capacitance alone, an empty column apart from a press without one.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    """
     if not _apart_from_time(sheet, places):
         return []
     time, press = sheet.names[places["time"]], next(sheet.names[places[q]] for q in _PRESS if q in places)

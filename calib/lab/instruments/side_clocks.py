@@ -69,7 +69,13 @@ def blocks_of_clocks(sheet: Sheet, columns: Sequence[Sequence[str]]) -> tuple[Cl
 
 
 def parts(sheet: Sheet, columns: Sequence[Sequence[str]]) -> list[range]:
-    """Runs of columns between those that are empty and have no name."""
+    """Runs of columns between those that are empty and have no name.
+
+    Parameters
+    ----------
+    sheet : its names.
+    columns : cells, a sequence for each name.
+    """
     empty = [not name and not any(map(str.strip, columns[i])) for i, name in enumerate(sheet.names)]
     edges = [-1, *(i for i, is_empty in enumerate(empty) if is_empty), len(empty)]
     return [range(a + 1, b) for a, b in pairwise(edges) if b > a + 1]
