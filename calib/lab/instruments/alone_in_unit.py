@@ -21,6 +21,8 @@ _WORDS = re.compile(
 # Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
 # "x" and "y" axes, "T", "V" and "Q" forces across.
 _LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
+# What an approach or a displacement along the axis is called in formulas, which elsewhere is a change or of another axis.
+_OF_FORMULAS = {"displacement": ("delta", "δ", "u_z", "w_z", "d_z", "delta_z")}
 # A change, "dCp", and a difference of capacitances, "Kap - Ref", "Cmeas-Cref": as those with a Greek letter.
 _CHANGE = re.compile(r"d[A-Z].*")
 _DIFFERENCE = re.compile(r"\s-\s|\bC\w*-C", re.IGNORECASE)
@@ -79,6 +81,8 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         return False
     outside = re.sub(rf"[\s_,/]+{re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
     said, alone = words_in(outside), outside.strip(" :,")
+    if alone.lower() in _OF_FORMULAS.get(quantity, ()) and "Δ" not in alone:
+        return True
     return (
         (alone in tuple(_LETTERS.get(quantity, "")) or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH)))
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)

@@ -15,7 +15,7 @@ from calib.lab.instruments.lexicon import (
     WITHOUT_BLANKS,
 )
 from calib.lab.instruments.meanings import meanings
-from calib.lab.instruments.units import from_capitals, looks_like_unit, mended
+from calib.lab.instruments.units import from_capitals, is_unit_of, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
@@ -47,6 +47,19 @@ BALL = (
 _WITH_BALL = re.compile(rf"(?P<before>[^()\[\]]*[^\W\d_])[\s_,;-]+(?P<ball>{BALL})(?P<behind>\s*[(\[].*)", re.IGNORECASE)
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
+# "time_in_s", "force_in_mN": as people write "force in mN" for a program.
+_IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
+# A symbol as TeX has it: "$C_p$", "$\\delta$", "$F_{\\mathrm{N}}$"; the Greek letters that stand for a length or a unit.
+_OF_TEX = re.compile(r"\$([^$]{1,40})\$")
+_GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
+# "timeMs", "displacementMm", "forceN": the units that end such names, in the case that joins them.
+_JOINED = re.compile(r"(?P<name>[a-z]{3,})(?P<unit>S|Ms|Us|Mm|Um|Nm|N|Kn|Pf|Nf|Ff)")
+_OF_JOINED = {"S": "s", "Ms": "ms", "Us": "us", "Mm": "mm", "Um": "um", "Nm": "nm", "N": "N", "Kn": "kN", "Pf": "pF"} | {
+    "Nf": "nF",
+    "Ff": "fF",
+}
+# Since when the seconds of a clock count, behind its unit: "(s since 01.01.1904)".
+_SINCE = re.compile(r"(?<=[(\[])\s*(?P<unit>[^\W\d_]{1,12})\s+since\s+[^()\[\]]+?(?=\s*[)\]])", re.IGNORECASE)
 # A symbol with its index, whose letter is no unit: "C_s (pF)".
 _SYMBOL_OF_CIRCUIT = re.compile(r"^(c)_([ps])(?![^\W_])", re.IGNORECASE)
 # Pointed brackets are brackets where they end a name: "Load<N>".
@@ -55,7 +68,8 @@ _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 _BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b)\s*"
+    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
+    r"\b(?:div|gain|mult)(?![^\W\d_])[\s:=]*)\s*"
     r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
@@ -130,6 +144,8 @@ def tidy(cell: str) -> str:
     ('Raw Force (N)', 'Stiffness_N_mm_', 'Depth__m_', 'Load_10_N_')
     >>> tidy("Displacement.mm"), tidy("101 <Force> (N)"), tidy("Load.A")
     ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
+    >>> tidy("time_in_s"), tidy("forceN"), tidy("capacitancePf"), tidy(r"$C_p$ (pF)"), tidy("Time (s since 1.1.1904)")
+    ('time (s)', 'force (N)', 'capacitance (pF)', 'Cp (pF)', 'Time (s)')
     >>> tidy("Displacement (mm ±0.002)"), tidy("Force (N) ± 0.01"), tidy("Force ±0.5% (N)"), tidy("Weg 6mm Kugel (µm)")
     ('Displacement (mm)', 'Force (N)', 'Force (N)', 'Weg (μm) (6mm Kugel)')
     """
@@ -137,6 +153,12 @@ def tidy(cell: str) -> str:
         return cell
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
+    cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
+    in_unit = _IN_UNIT.fullmatch(cell)
+    if in_unit is not None and looks_like_unit(in_unit["unit"]):
+        return f"{in_unit['name']} ({in_unit['unit']})"
+    if joined := unit_of_joined(cell):
+        return f"{cell[: -len(joined)]} ({joined})"
     of_tare = _TARE.fullmatch(cell)
     if of_tare is not None:
         return tidy(f"{of_tare['before']} ({of_tare['tare']})")
@@ -165,6 +187,23 @@ def tidy(cell: str) -> str:
     cell = _REMARK_BEHIND.sub(r"\g<before> (\g<remark>)", cell) if _REMARK_BEHIND.fullmatch(cell) else cell
     cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
+
+
+def _plain_symbol(match: re.Match[str]) -> str:
+    """A symbol of TeX in plain letters."""
+    plain = re.sub(r"\\[A-Za-z]+", lambda m: _GREEK.get(m[0], m[0]), match[1])
+    return re.sub(r"[{}\s]", "", plain)
+
+
+def unit_of_joined(cell: str) -> str:
+    """The unit that a capital joins to a name in small letters, as it is usually written; "" if none of its quantity does.
+
+    >>> unit_of_joined("timeMs"), unit_of_joined("forceN"), unit_of_joined("sampleN"), unit_of_joined("forceMn")
+    ('ms', 'N', '', '')
+    """
+    match = _JOINED.fullmatch(cell)
+    unit = _OF_JOINED[match["unit"]] if match is not None else ""
+    return unit if match is not None and any(is_unit_of(unit, m.quantity) for m in meanings(match["name"], (), "")) else ""
 
 
 def usual_case(cell: str, below: str | None = None) -> str:
@@ -295,11 +334,14 @@ def factor_in(text: str) -> str:
     ('*1E-3', '/10', '10', '')
     >>> factor_in("x10 Load"), factor_in("x1 Load"), factor_in("F in 10^-2 N"), factor_in("F ÷ 10"), factor_in("1000 F")
     ('x10', '', '10^-2', '÷ 10', '1000')
+    >>> factor_in("force_x1000"), factor_in("force_div10"), factor_in("Force gain 10"), factor_in("force_x1")
+    ('x1000', 'div10', 'gain 10', '')
     >>> factor_in("dev3456/imps/0/sample.param1"), factor_in("F/10")
     ('', '/10')
     """
     if leading := leading_factor(text):
         return leading
+    text = text.replace("_", " ")
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(
@@ -307,7 +349,7 @@ def factor_in(text: str) -> str:
         text,
         re.IGNORECASE,
     )
-    return match[0] if match else ""
+    return match[0] if match and match[0].lower() not in ("x1", "×1") else ""
 
 
 def leading_factor(text: str) -> str:

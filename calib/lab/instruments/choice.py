@@ -492,6 +492,10 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     return []
 
 
+# A share of a capacitance or a resistance, which no height makes a length: "ΔC/C0 (%)", "dR/R0", "Capacitance change (%)".
+_OF_A_METER = re.compile(r"[CR]\w*\s*/\s*[CR]|[Δ∆δd]\s?[CR](?![^\W\d_])|\b(?:[Cc]apa|[Kk]apa|[Rr]esist|[Ww]iderst)")
+
+
 def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
     of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
@@ -502,7 +506,8 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     if own:
         return f"say which column it is: {Choice('columns', own, quantity)}"
     strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]
-    shares = tuple(sheet.name_for_asking(i) for i in strains if sheet.unit_written(i) == "%")
+    of_length = [i for i in strains if not _OF_A_METER.search(sheet.names[i])]
+    shares = tuple(sheet.name_for_asking(i) for i in of_length if sheet.unit_written(i) == "%")
     of_height = ""
     if quantity == "displacement" and shares:
         asked = Choice("columns", shares[:1], quantity)

@@ -13,6 +13,7 @@ from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
+from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
@@ -25,10 +26,10 @@ from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import counted_time, note_on_time
-from calib.lab.instruments.notation import Notation, decide_notation
+from calib.lab.instruments.notation import Notation, decide_notation, mark_shown
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
-from calib.lab.instruments.other_clock import of_another_clock, second_clock
+from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -154,6 +155,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
             faults += of_a_direction(sheet, index, usual)
+        if (usual := unit_of_joined(sheet.names[index])) and fault is None and quantity not in reading.units:
+            notes.append(f'"{sheet.names[index]}": the end of the name is read as its unit, {usual}')
+            faults += of_a_direction(sheet, index, usual) if usual == "N" else []
         unit = heading.unit or sheet.unit_below(index)
         if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')
@@ -166,13 +170,15 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
     trusted = sheet.trusted()
+    beside = _mark_beside(trusted, [c.index for c in columns])
     notation = _typed(sheet, len(written)) or decide_notation(
         [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
         asked=reading.decimal,
         delimiter=sheet.delimiter,
-        timed="," if any(map(_has_commas_of_its_language, sheet.columns)) else "",
+        timed=beside[0],
+        where=beside[1],
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -224,6 +230,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
     faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
+    notes += of_one_time(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
         faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)
@@ -370,10 +377,12 @@ def _blocks(empty: BoolArray) -> list[tuple[int, int]]:
 
 
 def _without_value(sheet: Sheet, index: int, blocks: Sequence[tuple[int, int]]) -> str:
-    """What to say of rows without readings of a channel, of which the others are used."""
+    """What to say of rows without readings of a channel, of which the others are used where the rows can be trusted."""
     first, behind = blocks[0]
     more = f", nor in {sum(b - a for a, b in blocks[1:])} rows farther down" if len(blocks) > 1 else ""
     where = f"lines {sheet.lines[first]} to {sheet.lines[behind - 1]}"
+    if all(r in sheet.reasons for a, b in blocks for r in range(a, b)):
+        return f'"{sheet.names[index]}" has no value in {where}{more}: these rows are left out, {sheet.reasons[first]}'
     return f'"{sheet.names[index]}" has no value in {where}{more}: what else these rows hold is used'
 
 
@@ -438,12 +447,23 @@ def _but_time(choice: Choice | None) -> Choice | None:
 # A time of day with a decimal comma, but for that of milliseconds, which programs write in any language.
 _WITH_COMMA = re.compile(r"(?:.*[ T])?\d{1,2}:\d\d(?::\d\d)?,(?:\d{1,2}|\d{4,})")
 _TIMES_SEEN = 50
+# Cells of a column that is not read that are looked at for their decimal mark.
+_MARKS_SEEN = 2000
 
 
 def _has_commas_of_its_language(cells: Sequence[str]) -> bool:
     """Whether the first cells of a column are times of day with decimal commas, as a program writes all its numbers."""
     there = [c.strip() for c in cells[:_TIMES_SEEN] if c.strip()]
     return len(there) > 2 and all(map(_WITH_COMMA.fullmatch, there))
+
+
+def _mark_beside(sheet: Sheet, read: Collection[int]) -> tuple[str, str]:
+    """The decimal mark that times of day, or columns that are not read, show for the others, and which these are."""
+    if any(map(_has_commas_of_its_language, sheet.columns)):
+        return ",", "the times of day"
+    marks = {i: mark for i, cells in enumerate(sheet.columns) if i not in read and (mark := mark_shown(cells[:_MARKS_SEEN]))}
+    first = next(iter(marks), -1)
+    return (marks[first], f'"{sheet.names[first]}"') if len({*marks.values()}) == 1 else ("", "")
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:

@@ -9,7 +9,7 @@ from itertools import islice
 
 import numpy as np
 
-from calib.lab.instruments.numbers import EXPONENT, SIGNS, SPACES, to_numbers
+from calib.lab.instruments.numbers import EXPONENT, SIGNS, SPACES, is_missing, to_numbers
 
 
 @dataclass(frozen=True)
@@ -133,6 +133,7 @@ def decide_notation(
     asked: str = "",
     delimiter: str = "",
     timed: str = "",
+    where: str = "the times of day",
 ) -> Notation:
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
@@ -151,7 +152,8 @@ def decide_notation(
     declared : the decimal mark that the file itself states, "" if it states none.
     asked : the decimal mark where the file leaves it open, as the user says; "" if nobody does.
     delimiter : of the file: no program that writes decimal commas parts cells by commas.
-    timed : the decimal mark of its times of day, "" if they show none.
+    timed, where : the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
+        are.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
@@ -194,7 +196,7 @@ def decide_notation(
     plain = [text for text in texts if "." not in text and "," not in text and _THOUSANDS.search(text)]
     for c, text in enumerate(texts):
         decimal, note, conflict, showing = _decimal(
-            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, timed, large=bool(plain)
+            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, (timed, where), large=bool(plain)
         )
         if conflict:
             several = len(showing) > 1
@@ -222,6 +224,19 @@ def decide_notation(
     return Notation(usual, tuple(d or usual for d in decimals), tuple(notes))
 
 
+def mark_shown(cells: Sequence[str]) -> str:
+    """The decimal mark that a column of numbers shows by itself; "" if it shows none or both, or if some cell is no number.
+
+    >>> mark_shown(["22,1", "22,15"]), mark_shown(["97,209", "97,211"]), mark_shown(["22,1", "21.07.24"])
+    (',', '', '')
+    """
+    there = [c for c in map(str.strip, cells) if c and not is_missing(c)]
+    text = "\n" + "\n".join(there)
+    marks = [mark for mark in ".," if _SHOWN[mark].search(text)]
+    numbers = len(marks) == 1 and not np.isnan(to_numbers(there, marks[0]).values).any()
+    return marks[0] if numbers and _OTHER[marks[0]] not in text else ""
+
+
 def _sets_thousands_apart(text: str, mark: str) -> bool:
     """Whether a column of whole numbers has the other mark in every number of four digits and more, and twice in some."""
     if mark in text or _OTHER[mark] not in text:
@@ -246,7 +261,7 @@ def _decimal(
     declared: str,
     asked: str,
     delimiter: str,
-    timed: str,
+    beside: tuple[str, str],
     *,
     large: bool,
 ) -> _Decision:
@@ -288,8 +303,8 @@ def _decimal(
         return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
     if large and not plain:
         return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
-    if mark == timed and not seen:
-        return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in the times of day", "", ()
+    if mark == beside[0] and not seen:
+        return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in {beside[1]}", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
 

@@ -10,7 +10,9 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.rivals import difference, readings
+from calib.lab.instruments.rows import NO_LAST_CELL
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.side_clocks import parts
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from models.sensor import FloatArray
 
@@ -18,8 +20,11 @@ from models.sensor import FloatArray
 _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
 # Two clocks of one record go on for about as long; of rows pasted side by side the faster one has gone on for far less.
 _NEARLY, _PASTED = 0.5, 0.125
+# So many rows without a cell at the end of a column are none that was lost.
+_LOST = 3
 _UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
+_PRESS = ("displacement", "force")
 
 
 def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
@@ -33,13 +38,17 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
     sheet : the record.
     places : quantity -> index of its column.
     """
-    if sheet.reasons:  # a row whose cells stand one column too far has an empty cell at its end
-        kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons]
-        sheet = replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
+    sheet = _without_distrusted(sheet)
     judged = {q: i for q, i in places.items() if q in _WITHOUT_ROWS}
     ends = {q: _end(sheet.columns[i]) for q, i in judged.items()}
     longest = max(ends.values(), default=0)
-    short = {q: n for q, n in ends.items() if _FEWEST <= n < _SHARE * longest and _length(sheet.columns[judged[q]]) == n}
+    whole = {q: n for q, n in ends.items() if _FEWEST <= n <= longest - _LOST and _length(sheet.columns[judged[q]]) == n}
+    if "time" in whole and 1 < sum(n == whole["time"] for n in whole.values()) < len(judged):
+        return [_two_tables(sheet, judged, {q: n for q, n in whole.items() if n == whole["time"]}, longest)]
+    press = {q: n for q, n in whole.items() if _apart_from_time(sheet, places) and q in _PRESS}
+    if press and len({ends[q] for q in judged if q in _PRESS}) == 1:
+        return [_two_tables(sheet, judged, press, longest)]
+    short = {q: n for q, n in whole.items() if n < _SHARE * longest or _is_counted(sheet, judged, q, n)}
     for quantity, n in short.items():
         own = [i for i in range(len(sheet.names)) if i != places[quantity] and _length(sheet.columns[i]) == n]
         clock = next((i for i in own if quantity != "time" and _counts(sheet, i, n)), None)
@@ -58,6 +67,20 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
         line = int(sheet.lines[n]) if n < len(sheet.lines) else None
         return [Fault(message, sheet.text.path, line, index + 1, advice=advice, choice=without)]
     return []
+
+
+def of_one_time(sheet: Sheet, places: Mapping[str, int]) -> list[str]:
+    """What to say of a time that stands with the capacitance alone, an empty column apart from a press without one.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    """
+    if not _apart_from_time(sheet, places):
+        return []
+    time, press = sheet.names[places["time"]], next(sheet.names[places[q]] for q in _PRESS if q in places)
+    return [f'"{press}" stands apart from "{time}", by an empty column: its rows are taken as read at these times']
 
 
 def second_clock(
@@ -83,7 +106,10 @@ def second_clock(
     own = values["time"]
     for index, name in enumerate(sheet.names):
         unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        if index in places.values() or index in sheet.set_aside or not why.startswith(_UNKNOWN):
+        beside_taken = why == f'"{sheet.names[places["time"]]}" is taken' and (
+            not sheet.plain_heading(index).quantity or _sides(places, index) != ""
+        )
+        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
             continue
         named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
         if not is_unit_of(unit, "time") if unit else not named:
@@ -96,19 +122,80 @@ def second_clock(
         if difference(own, other)[0] == "same":
             continue
         taken = sheet.names[places["time"]]
-        either = Choice("columns", tuple(sheet.name_for_asking(i) for i in sorted((places["time"], index))), "time")
-        advice = (
-            "Save the records of two instruments as two files, or leave out what was not read at the time that is meant "
-            f"({Choice('columns', ('none',), 'capacitance')}) and say which one that is: {either}"
-        )
+        advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
 
 
+def _without_distrusted(sheet: Sheet) -> Sheet:
+    """The sheet without the rows that cannot be trusted, but for those at its end in which some columns go on alone.
+
+    A row whose cells stand one column too far has an empty cell at its end, too.
+    """
+    last = next((r for r in range(len(sheet.lines) - 1, -1, -1) if sheet.reasons.get(r) != NO_LAST_CELL), -1)
+    kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons or r > last]
+    if len(kept) == len(sheet.lines):
+        return sheet
+    return replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
+
+
+def _with_a_clock(sheet: Sheet, places: Mapping[str, int], index: int) -> str:
+    """How to say which of two clocks is meant, and to leave out what was not read at it."""
+    first, second = sorted((places["time"], index))
+    meter = str(Choice("columns", ("none",), "capacitance"))
+    press = " ".join(str(Choice("columns", ("none",), q)) for q in _PRESS if q in places)
+    times = [str(Choice("columns", (sheet.name_for_asking(i),), "time")) for i in (first, second)]
+    if side := _sides(places, index):
+        without = (meter, press) if side == "press" else (press, meter)
+        which = " or ".join(f"{time} {left_out}" for time, left_out in zip(times, without, strict=True))
+        return f"say which one is read, without what stands with the other: {which}"
+    return f"say which time is meant, {' or '.join(times)}, and leave out what was not read at it: {meter}, or {press}"
+
+
+def _sides(places: Mapping[str, int], index: int) -> str:
+    """What stands between two clocks, "press" or "meter", where the other stands behind the second; "" for any other order."""
+    first, second = sorted((places["time"], index))
+    press = [places[q] for q in _PRESS if q in places]
+    meters = [i for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    if not press or not meters or min(*press, *meters) < first:
+        return ""
+    return "press" if max(press) < second < min(meters) else "meter" if max(meters) < second < min(press) else ""
+
+
+def _apart_from_time(sheet: Sheet, places: Mapping[str, int]) -> bool:
+    """Whether an empty column parts the time, with a capacitance, from all that is read of the press."""
+    own = next((part for part in parts(sheet, sheet.columns) if places.get("time") in part), range(0))
+    with_time = {IN_PLACE_OF.get(q, q) for q, i in places.items() if i in own}
+    return "capacitance" in with_time and not with_time & {*_PRESS} and bool({*_PRESS} & set(places))
+
+
+def _two_tables(sheet: Sheet, judged: Mapping[str, int], short: Mapping[str, int], longest: int) -> Fault:
+    """The fault of two tables side by side, of which one has ended, and one alone has a time."""
+    others = [q for q in judged if q not in short]
+    named = [" and ".join(f'"{sheet.names[judged[q]]}"' for q in of) for of in (short, others)]
+    without = [" ".join(str(Choice("columns", ("none",), IN_PLACE_OF.get(q, q))) for q in of) for of in (short, others)]
+    n = next(iter(short.values()))
+    message = (
+        f"{named[0]} end{'s' if len(short) == 1 else ''} after {n} of {longest} rows, and {named[1]} "
+        f"go{'es' if len(others) == 1 else ''} on without: they seem to be two tables side by side, whose rows are not of "
+        "one time"
+    )
+    advice = f"Save each in a file of its own, or leave one of them out: {without[0]}, or {without[1]}"
+    first = next(iter(short))
+    line = int(sheet.lines[n]) if n < len(sheet.lines) else None
+    return Fault(message, sheet.text.path, line, judged[first] + 1, advice=advice)
+
+
+def _is_counted(sheet: Sheet, judged: Mapping[str, int], quantity: str, n: int) -> bool:
+    """Whether a column that is not read counts the rows of one that is, and ends with it."""
+    own = [i for i in range(len(sheet.names)) if i not in judged.values() and _length(sheet.columns[i]) == n]
+    return quantity != "time" and any(_counts(sheet, i, n) for i in own)
+
+
 def _parts_instruments(places: Mapping[str, int], index: int) -> bool:
     """Whether the time and the press stand on one side of a column and the capacitance on the other, or the other way round."""
-    press = [i < index for q, i in places.items() if q in ("displacement", "force")]
+    press = [i < index for q, i in places.items() if q in _PRESS]
     meter = [i < index for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
     return places["time"] < index and {*press} | {not before for before in meter} in ({True}, {False})
 

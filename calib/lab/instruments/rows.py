@@ -44,6 +44,9 @@ _SHARE_BEYOND = 0.1
 # A last column that is empty in a larger share of the rows is one that is filled more rarely.
 _SHARE_OPEN = 0.4
 
+#: The reason of a row whose last cell is missing.
+NO_LAST_CELL = "no cell in the last column"
+
 
 def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]) -> Sheet:
     """Cut the lines below a header into the rows of one record.
@@ -152,7 +155,7 @@ def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
         return {}
     without = np.flatnonzero(~np.fromiter(map(bool, map(str.strip, column)), np.bool_, len(column))).tolist()
     rows = [r for r in without if any(c[r].strip() for c in table.columns)]
-    return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_OPEN * len(column) else {}
+    return dict.fromkeys(rows, NO_LAST_CELL) if len(rows) <= _SHARE_OPEN * len(column) else {}
 
 
 def _of_results(table: Table) -> dict[int, str]:

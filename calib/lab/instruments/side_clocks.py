@@ -51,7 +51,7 @@ def blocks_of_clocks(sheet: Sheet, columns: Sequence[Sequence[str]]) -> tuple[Cl
     times = [i for i, h in enumerate(plain) if h.quantity == "time" and not h.name_doubt]
     if len(times) < 2:
         return ()
-    spans = _parts(sheet, columns)
+    spans = parts(sheet, columns)
     sure = [sum(t in span for t in times) for span in spans] == [1] * len(times)
     if not sure:
         first = next((i for i, h in enumerate(plain) if h.quantity), 0)
@@ -73,8 +73,14 @@ def blocks_of_clocks(sheet: Sheet, columns: Sequence[Sequence[str]]) -> tuple[Cl
     return () if same else tuple(blocks)
 
 
-def _parts(sheet: Sheet, columns: Sequence[Sequence[str]]) -> list[range]:
-    """Runs of columns between those that are empty and have no name."""
+def parts(sheet: Sheet, columns: Sequence[Sequence[str]]) -> list[range]:
+    """Runs of columns between those that are empty and have no name.
+
+    Parameters
+    ----------
+    sheet : its names.
+    columns : cells, a sequence for each name.
+    """
     empty = [not name and not any(map(str.strip, columns[i])) for i, name in enumerate(sheet.names)]
     edges = [-1, *(i for i, is_empty in enumerate(empty) if is_empty), len(empty)]
     return [range(a + 1, b) for a, b in pairwise(edges) if b > a + 1]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from datetime import UTC, datetime, timedelta
 
+import numpy as np
+
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -17,6 +19,8 @@ _OTHER_DATE = re.compile(r"calib|kalib|étalon|due|fällig|version|export|print|
 _BEGAN = re.compile(r"start|begin|began|test.?(?:date|time)|prüf(?:datum|zeit)|début|inicio|开始", re.I)
 _EPOCH = (1e9, 3.4e9)  # [s] since 1970, in the years 2001 to 2077: no time since the start of a test
 # [s] of days that spreadsheets count from the end of 1899, in the years 2009 to 2064.
+# The day that the name of a time counts from: "Timestamp (s since 01.01.1904)".
+_SINCE = re.compile(r"\bsince\s+([^()\[\]]*\d)", re.IGNORECASE)
 _DAYS, _DAY_ZERO = (3.456e9, 5.184e9), datetime(1899, 12, 30)
 
 
@@ -36,6 +40,10 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
         found = _date(match) if match else None
         if found is not None:
             return found
+    since = next((m for name in sheet.names if (m := _SINCE.search(name))), None)
+    if time is not None and time.size and np.isfinite(time[0]) and since is not None:
+        zero = _date(match) if (match := _DATE.search(since[1])) is not None else None
+        return zero + timedelta(seconds=round(float(time[0]))) if zero is not None else None
     if time is not None and time.size and _EPOCH[0] < time[0] < _EPOCH[1]:
         return datetime.fromtimestamp(round(float(time[0])), UTC).replace(tzinfo=None)
     if time is not None and time.size and _DAYS[0] < time[0] < _DAYS[1]:

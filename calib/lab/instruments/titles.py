@@ -39,6 +39,8 @@ _SERIAL_NUMBER = re.compile(
 )
 # The number of a press or file behind a word, in a comment on all columns: "press 3".
 _NUMBER_BEHIND = re.compile(r"(?<=[^\W\d_])[ _#-]*\d{1,4}$")
+# A name as the letter of formulas, with an index.
+_SYMBOL = re.compile(r"[^\W\d_](?:_?[^\W_]{1,2})?")
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -96,6 +98,8 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
         elif all(c.strip(' -–—"') == "" for c in cells):
             unread.append(Unread(f"line {index + 1}", f'nothing but dashes, "{shown}"'))
+        elif units_line is None and _symbols(cells, names, later):
+            unread.append(Unread(f"line {index + 1}", f'the names of line {header + 1} as symbols, "{shown}"'))
         elif found is not None:
             units_line, units = index + 1, found
             unread += _words_among(cells, found, index + 1)
@@ -226,6 +230,17 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
     known = sum(bool(u) and looks_like_unit(u) for u in units)
     wordy = [c for c, own in zip(cells, read, strict=True) if c.strip() and own is None]
     return units if known >= max(2, len(there) - 1) and not any(map(_is_reading, wordy)) else None
+
+
+def _symbols(cells: Sequence[str], names: Sequence[str], later: Sequence[Sequence[str]]) -> bool:
+    """Whether cells are the names once more as symbols, above the row of units, as Logger Pro has them: "t", "F", "d"."""
+    pairs = [(name, cell) for name, cell in zip(names, cells, strict=False) if cell.strip()]
+    short = all(_SYMBOL.fullmatch(cell) and cell[:1].casefold() == name[:1].casefold() for name, cell in pairs)
+    if len(cells) != len(names) or len(pairs) < 2 or not short or not later or len(later[0]) != len(names):
+        return False
+    below = [_fits(name, unit) for name, unit in zip(names, later[0], strict=True)]
+    own = [_fits(name, cell) for name, cell in zip(names, cells, strict=True)]
+    return below.count(True) > 1 and False not in below and own.count(True) < below.count(True)
 
 
 def _fits(name: str, unit: str) -> bool | None:

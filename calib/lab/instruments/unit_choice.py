@@ -293,11 +293,12 @@ def of_a_direction(sheet: Sheet, index: int, unit: str) -> list[Fault]:
     unit : that the letter may stand for.
     """
     name = sheet.names[index]
-    of_force = name[: -len(unit) - 1]
-    other = next((n for n in sheet.names if n.rpartition("_")[0] == of_force and n.rpartition("_")[2] in _DIRECTIONS), None)
+    of_force = name[: -len(unit)]
+    directions = _DIRECTIONS if of_force.endswith("_") else tuple(map(str.upper, _DIRECTIONS))
+    other = next((n for n in sheet.names if n[:-1] == of_force and n[-1:] in directions), None)
     if other is None:
         return []
-    message = f'column "{name}" has no unit: "{unit.lower()}" may be the direction, as in "{other}"'
+    message = f'column "{name}" has no unit: "{name[-len(unit) :]}" may be the direction, as in "{other}"'
     return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=units_to_say("force"))]
 
 

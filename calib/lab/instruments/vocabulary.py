@@ -80,6 +80,13 @@ _RUN_BEFORE = re.compile(
 )
 # The letters that formulas have for a quantity, which may be units of another: "Weg s (mm)", "Depth h (mm)".
 _SYMBOLS: Mapping[str, str] = MappingProxyType({"displacement": "shdxzwlu", "force": "FPL", "capacitance": "C", "time": "t"})
+# "Normal load, P (N)", "Capacitance, C_p (pF)": the letter of formulas behind a name.
+_NAME_AND_SYMBOL = re.compile(r"(?P<name>.*[^\W\d_]{2}),\s*(?P<symbol>[^\W\d_](?:_?[^\W\d_])?)")
+# These letters, and their indices; "Position, x (mm)" and "Force, F_t (N)" may be of another direction.
+_BEHIND_COMMA: Mapping[str, str] = MappingProxyType(
+    {"displacement": "shdzwuδ", "force": "FPLNW", "capacitance": "C", "time": "t"}
+)
+_INDICES: Mapping[str, str] = MappingProxyType({"displacement": "z", "force": "nNz", "capacitance": "psPS"})
 # What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
 _OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
 #: A function of what was measured.
@@ -336,6 +343,12 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     brackets = tuple(part for bracket in cut[1] for part in parted(bracket))
     outside, factor = _without_factor(cut[0], cell)
     brackets = (*brackets, factor) if factor else brackets
+    if (of_symbol := _NAME_AND_SYMBOL.fullmatch(outside)) is not None:
+        behind = " ".join(f"({b})" for b in brackets)
+        found = _interpret(f"{of_symbol['name']} {behind}".strip(), unit_below)
+        if isinstance(found, Heading) and _is_its_symbol(of_symbol["symbol"], found.quantity, (*brackets, unit_below)):
+            own = _interpret(f"{of_symbol['symbol']} {behind}".strip(), unit_below) if found.quantity == "capacitance" else ""
+            return own if isinstance(own, Heading) else found
     outside, capacity = _without_capacity(outside, (*brackets, unit_below))
     if capacity:
         found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)
@@ -362,6 +375,13 @@ def _is_symbol(tail: str, quantity: str, units: Sequence[str]) -> bool:
     """Whether a letter behind a name is what formulas have for its quantity, where a unit of that stands beside it."""
     there = any(unit and is_unit_of(unit, quantity) for unit in units)
     return there and tail in _SYMBOLS.get(quantity, "") and not is_unit_of(tail, quantity)
+
+
+def _is_its_symbol(symbol: str, quantity: str, units: Sequence[str]) -> bool:
+    """Whether a letter behind a name and a comma, with an index that says nothing else, is what formulas have for it."""
+    letter, index = symbol[:1], symbol[1:].strip("_")
+    there = any(unit and is_unit_of(unit, quantity) for unit in units)
+    return there and letter in _BEHIND_COMMA.get(quantity, "") and (not index or index in _INDICES.get(quantity, ""))
 
 
 def _without_factor(outside: str, cell: str) -> tuple[str, str]:

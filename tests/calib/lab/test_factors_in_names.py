@@ -39,6 +39,11 @@ def read(tmp_path: Path, force: str, reading: Reading) -> LabTable:
         "F in 10^-2 N",
         "Force x1000 (N)",
         "F^2 (N)",
+        "Force_x10 (N)",
+        "force_x1000_N",
+        "force_div10_N",
+        "Force (N) gain 10",
+        "force_gain_10_N",
     ],
 )
 def test_a_factor_is_asked_about_by_its_name_and_again_where_the_user_names_the_column(tmp_path: Path, name: str) -> None:
@@ -51,7 +56,18 @@ def test_a_factor_is_asked_about_by_its_name_and_again_where_the_user_names_the_
 
 
 @pytest.mark.parametrize(
-    "name", ["2 Load (N)", "x1 Load (N)", "Load cell 10 N (N)", "10 N cell (N)", "1 x Force (N)", "Force @ 100 Hz (N)"]
+    "name",
+    [
+        "2 Load (N)",
+        "x1 Load (N)",
+        "Load cell 10 N (N)",
+        "10 N cell (N)",
+        "1 x Force (N)",
+        "Force @ 100 Hz (N)",
+        "Force_x1 (N)",
+        "Load_2 (N)",
+        "force_10N_N",
+    ],
 )
 def test_a_channel_or_the_reach_of_a_cell_is_no_factor(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, name, Reading(columns={"force": name}))
@@ -90,3 +106,14 @@ def test_what_else_the_name_says_stays_in_doubt(name: str) -> None:
     assert heading.unit_doubt + heading.name_doubt
     assert understand("Cp max 1 kHz (pF)") is None
     assert heading_as("capacitance", "Cp @ 100 (pF)").unit_doubt
+
+
+@pytest.mark.parametrize(
+    ("share", "offered"), [("ΔC/C0 (%)", False), ("dR/R0 (%)", False), ("Strain (%)", True), ("Compression (%)", True)]
+)
+def test_only_a_share_of_a_length_is_offered_as_a_displacement(tmp_path: Path, share: str, offered: bool) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"Force (N),{share}", *(f"{f:.4f},{d:.4f}" for d, f in zip(DEPTH, FORCE, strict=True))]) + "\n")
+    with pytest.raises(InputError, match="no displacement column") as raised:
+        read_lab_file(path)
+    assert (f"displacement={share}" in str(raised.value)) == offered

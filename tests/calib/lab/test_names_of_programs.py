@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
 from calib.lab.instruments.brackets import tidy
-from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.vocabulary import heading_as, understand
 
 N = 60
 TIME = np.arange(N) * 0.1
@@ -203,3 +204,114 @@ def test_a_cell_longer_than_any_name_is_left_as_it_is() -> None:
     for cell in ("Load" + " " * 20_000 + "(N)", "Load / 1e-3 " + "N" * 20_000):
         assert tidy(cell) == cell
         assert understand(cell) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit"),
+    [
+        ("Normal load, P (N)", "force", "N"),
+        ("Time, t (s)", "time", "s"),
+        ("Normal force, F_n (mN)", "force", "mN"),
+        ("Capacitance, C_p (pF)", "capacitance", "pF"),
+        ("Capacitance, C_s (pF)", "capacitance_series", "pF"),
+        ("Displacement, u_z (µm)", "displacement", "μm"),
+        ("time_in_s", "time", "s"),
+        ("displacement_in_um", "displacement", "um"),
+        ("force_in_mN", "force", "mN"),
+        ("cap_in_pF", "capacitance", "pF"),
+        ("$t$ (s)", "time", "s"),
+        ("$F$ (N)", "force", "N"),
+        ("$C_p$ (pF)", "capacitance", "pF"),
+        (r"$F_{\mathrm{z}}$ ($\mu$N)", "force", "μN"),
+        ("timeMs", "time", "ms"),
+        ("displacementMm", "displacement", "mm"),
+        ("forceN", "force", "N"),
+        ("capacitancePf", "capacitance", "pF"),
+        ("Timestamp (s since 01.01.1904)", "time", "s"),
+    ],
+)
+def test_names_as_papers_and_programs_write_them_are_understood_with_their_units(name: str, quantity: str, unit: str) -> None:
+    heading = understand(name)
+    assert heading is not None
+    assert (heading.quantity, heading.unit, heading.unit_doubt, heading.name_doubt) == (quantity, unit, "", "")
+    assert heading_as(quantity, name).unit == unit
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Position, x (mm)",
+        "Force, F_t (N)",
+        "Friction force, F (N)",
+        "Load, t (N)",
+        "max_force_in_N",
+        r"$\Delta C$ (pF)",
+        r"$\sigma$ (MPa)",
+        "forceMn",
+        "forceMm",
+        "peakN",
+        "Force (N since tare)",
+    ],
+)
+def test_names_like_these_of_something_else_are_not_taken_for_them(name: str) -> None:
+    heading = understand(name)
+    assert heading is None or heading.unit_doubt or heading.name_doubt or heading.unit in (None, "N since tare")
+
+
+def press(folder: Path, header: str) -> LabTable:
+    rows = [f"{3730098067 + 0.1 * i:.1f},{0.01 * i:.3f},{0.01 * i**1.5:.4f}" for i in range(60)]
+    path = folder / "lab.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize("name", ["delta_mm", "u_z (mm)", "delta (mm)", r"$\delta$ (mm)", "Delta_mm"])
+def test_an_approach_of_formulas_is_the_displacement_where_it_alone_is_a_length_with_a_note(tmp_path: Path, name: str) -> None:
+    table = press(tmp_path, f"Time (s),{name},F (N)")
+    assert table.columns["displacement"][10] == pytest.approx(1e-4)
+    assert any("the only column" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["delta_T", "u_x (mm)", "Delta (%)", "ΔL0 (mm)"])
+def test_other_deltas_are_no_displacement(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        press(tmp_path, f"Time (s),{name},F (N)")
+
+
+def test_seconds_since_a_day_that_their_name_says_begin_there(tmp_path: Path) -> None:
+    table = press(tmp_path, "Timestamp (s since 01.01.1904),Extension (mm),F (N)")
+    assert table.started == datetime(2022, 3, 14, 10, 21, 7)
+
+
+@pytest.mark.parametrize("symbols", ["t\tF\td", "t\tF\tD", "t\tFn\tdz"])
+def test_names_symbols_and_units_below_each_other_are_one_header(tmp_path: Path, symbols: str) -> None:
+    above = f"Vernier Format 2\nball.cmbl 3/11/2019 10:12:33 .\nData Set\nTime\tForce\tDisplacement\n{symbols}\ns\tN\tmm\n"
+    rows = [f"{t:.2f}\t{f:.3f}\t{d:.3f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text(above + "\n" + "\n".join(rows) + "\n")
+    table = read_lab_file(path)
+    assert table.columns["displacement"][20] == pytest.approx(1e-3 * DEPTH[20], abs=1e-6)
+    assert any("as symbols" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize("between", ["t\td\tF", "s\tN\tm"])
+def test_symbols_of_other_columns_between_names_and_units_are_refused(tmp_path: Path, between: str) -> None:
+    rows = [f"{t:.2f}\t{f:.3f}\t{d:.3f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["Time\tForce\tDisplacement", between, "s\tN\tmm", *rows]) + "\n")
+    with pytest.raises(InputError):
+        read_lab_file(path)
+
+
+def test_a_unit_that_a_capital_joins_to_a_name_is_told(tmp_path: Path) -> None:
+    table = read(tmp_path, "timeMs;displacementMm;forceN", TIME, DEPTH, FORCE)
+    assert table.columns["time"][10] == pytest.approx(1e-3)
+    assert sum("the end of the name is read as its unit" in note for note in table.notes) == 3
+
+
+@pytest.mark.parametrize("across", ["forceT", "forceX"])
+def test_a_joined_n_beside_another_direction_is_no_newton(tmp_path: Path, across: str) -> None:
+    header = f"timeMs;displacementMm;forceN;{across}"
+    with pytest.raises(InputError, match='"N" may be the direction'):
+        read(tmp_path, header, TIME, DEPTH, FORCE, FORCE)
+    assert "force" in read(tmp_path, header, TIME, DEPTH, FORCE, FORCE, reading=Reading(units={"force": "N"})).columns

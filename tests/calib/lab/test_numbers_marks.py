@@ -333,3 +333,24 @@ def test_milliseconds_behind_a_comma_or_a_point_show_no_mark(tmp_path: Path, mar
     clock = [f"23:59:{40 + i * 24 // 100}{mark}{i * 240 % 1000:03d}" for i in range(N)]
     path = written(tmp_path, "Uhrzeit;Cp (pF)", clock, comma(CAP))
     assert "the decimal mark cannot be told" in refusal(path)
+
+
+@pytest.mark.parametrize("mark", [",", "."])
+def test_a_column_that_is_not_read_shows_the_mark_with_a_note(tmp_path: Path, mark: str) -> None:
+    cap, warm = ([c.replace(".", mark) for c in cells] for cells in (CAP, [f"{22 + i % 3 / 10:.1f}" for i in range(N)]))
+    table = read_lab_file(written(tmp_path, "Time (s);C (pF);Temp (°C)", [str(i) for i in range(N)], cap, warm))
+    assert capacitance(table) == [float(c) for c in CAP]
+    assert any('as it is in "Temp (°C)"' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("beside", ["22.1", "22,150", "1,234,567", "22,1 warm", "12,5;13.5"])
+def test_a_column_beside_that_shows_another_mark_or_none_tells_nothing(tmp_path: Path, beside: str) -> None:
+    cells = [beside.split(";")[i % len(beside.split(";"))] for i in range(N)]
+    path = written(tmp_path, "Time (s);C (pF);Temp (°C)", [str(i) for i in range(N)], comma(CAP), cells)
+    assert "--decimal" in refusal(path)
+
+
+def test_columns_beside_that_show_two_marks_tell_nothing(tmp_path: Path) -> None:
+    warm, damp = ["22,1"] * N, ["45.2"] * N
+    path = written(tmp_path, "Time (s);C (pF);Temp (°C);RH (%)", [str(i) for i in range(N)], comma(CAP), warm, damp)
+    assert "--decimal" in refusal(path)

@@ -42,6 +42,19 @@ def test_a_second_clock_of_any_name_is_asked_about(
     with pytest.raises(InputError, match="may be a time of its own beside") as raised:
         read(tmp_path, press, meter, clock)
     assert "--columns capacitance=none" in str(raised.value)
+    press_left_out = "--columns displacement=none --columns force=none"
+    both = f'"time={press}" --columns capacitance=none or --columns "time={meter}" {press_left_out}'
+    assert both.replace('"', "") in str(raised.value).replace('"', "")
+    for one in (press, meter):
+        try:
+            merged = {"force", "capacitance"} <= set(
+                read(tmp_path, press, meter, clock, Reading(columns={"time": one})).columns
+            )
+        except InputError:
+            merged = False
+        assert not merged
+    of_meter = Reading(columns={"time": meter, "displacement": "none", "force": "none"})
+    assert set(read(tmp_path, press, meter, clock, of_meter).columns) == {"time", "capacitance"}
     alone = Reading(columns={"time": press, "capacitance": "none"})
     table = read(tmp_path, press, meter, clock, alone)
     assert table.columns["time"][[0, 10]] == pytest.approx([0.0, 1.0])
@@ -160,3 +173,77 @@ def test_specimens_side_by_side_are_told_apart_where_a_program_renamed_them(tmp_
     with pytest.raises(InputError, match="2 specimens stand side by side"):
         read_lab_file(path)
     assert read_lab_file(path, Reading(specimen=2)).columns["time"][10] == pytest.approx(2.0)
+
+
+def two_tables(
+    folder: Path, header: str, left: list[list[str]], right: list[list[str]], reading: Reading = AS_FOUND
+) -> LabTable:
+    width = [len(left[0]), len(right[0])]
+    rows = [
+        ",".join((left[i] if i < len(left) else [""] * width[0]) + (right[i] if i < len(right) else [""] * width[1]))
+        for i in range(max(len(left), len(right)))
+    ]
+    path = folder / "lab.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return read_lab_file(path, reading)
+
+
+def press_of(n: int) -> list[list[str]]:
+    return [[f"{0.004 * i:.4f}", f"{0.0006 * i**1.5:.4f}"] for i in range(n)]
+
+
+def meter_of(n: int, gap: bool, clock: str) -> list[list[str]]:
+    first = {"s": [f"{0.07 * i:.3f}" for i in range(n)], "No.": [str(i + 1) for i in range(n)]}[clock]
+    return [[*[""] * gap, first[i], f"{97.2 + 0.00004 * i**1.5:.4f}"] for i in range(n)]
+
+
+@pytest.mark.parametrize("gap", [True, False])
+@pytest.mark.parametrize(("tester", "meter"), [(240, 180), (240, 228), (240, 300), (240, 246)])
+def test_a_press_without_a_time_beside_a_meter_with_one_that_ends_elsewhere_is_two_tables(
+    tmp_path: Path, gap: bool, tester: int, meter: int
+) -> None:
+    if not gap and meter > tester:
+        return
+    header = f"Displacement (mm),Force (N),{',' * gap}Time (s),Cp (pF)"
+    with pytest.raises(InputError, match="seem to be two tables side by side") as raised:
+        two_tables(tmp_path, header, press_of(tester), meter_of(meter, gap, "s"))
+    assert "--columns time=none --columns capacitance=none" in str(raised.value)
+    assert "--columns displacement=none --columns force=none" in str(raised.value)
+    press = Reading(columns={"time": "none", "capacitance": "none"})
+    table = two_tables(tmp_path, header, press_of(tester), meter_of(meter, gap, "s"), press)
+    assert set(table.columns) == {"displacement", "force"}
+    alone = Reading(columns={"displacement": "none", "force": "none"})
+    assert set(two_tables(tmp_path, header, press_of(tester), meter_of(meter, gap, "s"), alone).columns) == {
+        "time",
+        "capacitance",
+    }
+
+
+@pytest.mark.parametrize("meter", [180, 228])
+def test_a_capacitance_that_ends_with_a_count_of_its_rows_has_a_clock_of_its_own(tmp_path: Path, meter: int) -> None:
+    header = "Displacement (mm),Force (N),,No.,Cp (pF)"
+    with pytest.raises(InputError, match="a clock of its own"):
+        two_tables(tmp_path, header, press_of(240), meter_of(meter, True, "No."))
+    without = Reading(columns={"capacitance": "none"})
+    assert "capacitance" not in two_tables(tmp_path, header, press_of(240), meter_of(meter, True, "No."), without).columns
+
+
+def test_a_time_that_an_empty_column_parts_from_the_press_is_told(tmp_path: Path) -> None:
+    table = two_tables(tmp_path, "Displacement (mm),Force (N),,Time (s),Cp (pF)", press_of(90), meter_of(90, True, "s"))
+    assert any("stands apart from" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("lost", [1, 40])
+def test_a_meter_that_was_switched_off_early_is_of_the_same_table_still(tmp_path: Path, lost: int) -> None:
+    left = [[f"{0.05 * i:.2f}", *row] for i, row in enumerate(press_of(240))]
+    right = [[row[1]] for row in meter_of(240 - lost, False, "s")]
+    table = two_tables(tmp_path, "Time (s),Displacement (mm),Force (N),Cp (pF)", left, right)
+    assert {"time", "displacement", "force", "capacitance"} <= set(table.columns)
+
+
+def test_rows_that_are_left_out_for_a_cell_are_not_said_to_be_used(tmp_path: Path) -> None:
+    table = two_tables(
+        tmp_path, "Displacement (mm),Force (N),Cp (pF)", press_of(240), [[f"{97 + 0.01 * i}"] for i in range(180)]
+    )
+    (note,) = (note for note in table.notes if "has no value in lines" in note)
+    assert "these rows are left out" in note
