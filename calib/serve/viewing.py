@@ -14,7 +14,7 @@ from calib.errors import Fault, InputError
 from calib.experiment import Limit, Limited, Side, Specification, quoted_text
 from calib.files import sha256_of
 from calib.quantity import parse_quantity
-from calib.runs import Run, load_run
+from calib.runs import Run, load_run, read_listing
 from calib.serve.looking import Kept
 from models.sensor import FloatArray
 
@@ -45,7 +45,7 @@ _WRITTEN: Mapping[Limited, tuple[float, str]] = {
 
 
 def run_in(folder: Path) -> Run:
-    """Load a finished run, or remember it if its files have not changed.
+    """Load a finished run, or remember it if neither its files nor those it was made from have changed.
 
     Parameters
     ----------
@@ -57,8 +57,10 @@ def run_in(folder: Path) -> Run:
         If there is no finished run that can be trusted.
     """
     names = ("posterior.nc", "run.json")
-    marks = [(folder / name).stat() for name in names if (folder / name).is_file()]
-    key = (str(folder), *((mark.st_mtime_ns, mark.st_size) for mark in marks))
+    listing = read_listing(folder)
+    inputs = [] if listing is None else [path for entry in listing.inputs if (path := entry.found(folder)) is not None]
+    marks = [(path, path.stat()) for path in (*(folder / name for name in names), *inputs) if path.is_file()]
+    key = (str(folder), *((path, mark.st_mtime_ns, mark.st_size) for path, mark in marks))
     return _one_at_a_time(_RUNS, key, lambda: load_run(folder))
 
 
@@ -78,7 +80,7 @@ def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscap
     """
     if run.another_forward:
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder, advice="Calibrate again"))
-    key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), force, lower, upper)
+    key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), run.notes, force, lower, upper)
 
     def made() -> Landscape:
         return landscape(

@@ -114,6 +114,19 @@ def test_a_certificate_is_issued_signed_and_checked_as_on_the_command_line(work:
     assert 'class="level red"' in ok(page.get("/run/verified?name=run&key=lab.pub"))
 
 
+def test_a_certificate_says_that_the_experiment_has_changed_since_the_page_was_drawn(work: Work) -> None:
+    page, space = work
+    before = ok(page.get("/certificate/look?name=run"))
+    with space.experiment.open("a", encoding="utf-8") as file:
+        file.write("\n# another idea\n")
+    seen = ok(page.get("/certificate/look?name=run"))
+    assert ("has changed since" in before, "has changed since" in seen) == (False, True)
+    ok(page.post("/certificate/issue", data={"name": "run", "key": ""}))
+    verdict = json.loads((space.folder / "run" / "certificate.json").read_text())["verdict"]
+    assert verdict["colour"] != "green"
+    assert "inputs" in [reason["gate"] for reason in verdict["reasons"]]
+
+
 def test_a_red_run_gets_a_statement_without_results(work: Work) -> None:
     seen = ok(work.page.get("/certificate/look?name=red"))
     assert "holds no results" in seen
