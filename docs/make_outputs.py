@@ -26,11 +26,18 @@ def answered(block: str) -> str:
         if words[0] == "cd":
             os.chdir(words[1])
         if words[0] == "calib":
+            if words[-1] == "diameter.toml":  # what the reader is asked to save
+                write_diameter_for_radius(Path("experiment.toml"), Path("diameter.toml"))
             result = CliRunner().invoke(app, words[1:])
-            if result.exit_code != 0:
+            if result.exit_code != 0 and words[-1] != "diameter.toml":
                 raise SystemExit(f"{command} ended with {result.exit_code}: {result.output}")
             lines.extend(line.rstrip() for line in result.output.splitlines())
     return "\n".join(lines).rstrip() + "\n"
+
+
+def write_diameter_for_radius(experiment: Path, copy: Path) -> None:
+    """Copy an experiment with the diameter of its ball where the radius belongs."""
+    copy.write_text(experiment.read_text(encoding="utf-8").replace('radius = "5 mm"', 'radius = "10 mm"', 1), encoding="utf-8")
 
 
 def main() -> None:

@@ -30,16 +30,21 @@ from calib.runs import load_recommendation
 DOCS = Path(__file__).parent
 PICTURES = DOCS / "pictures"
 EXAMPLE = DOCS.parent / "datasets" / "padded_sensor"
-#: Figures of the gallery: name on the page -> file.
+#: Figures of gallery and tutorial: name on the page -> file.
 GALLERY = {
     "padding": "padding",
     "beside": "beside",
     "change": "change",
     "force of sensor 1": "force",
     "capacitance of sensor 1": "capacitance",
+    "force of sensor 2": "force2",
+    "capacitance of sensor 2": "capacitance2",
     "priors of material and rig": "priors",
+    "priors of sensor 1": "priors1",
+    "priors of sensor 2": "priors2",
     "pairs": "pairs",
     "traces, 1": "traces",
+    "traces, 2": "traces2",
 }
 #: Width of a screen and of a phone [px], and what stands behind the name of a picture of each.
 WIDTHS = {1280: "", 390: "_390"}

@@ -38,10 +38,14 @@ def _plain(lines: list[str]) -> list[str]:
 def test_the_tutorial_shows_what_its_commands_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     commands = _shown()
-    assert [words[0] for words, _ in commands] == ["example", "read", "init", "check", "calibrate", "recommend", "verify"]
+    order = ["example", "read", "init", "check", "check", "calibrate", "recommend", "verify"]
+    assert [words[0] for words, _ in commands] == order
     for words, lines in commands:
+        if slip := words[-1] == "diameter.toml":  # what the reader is asked to save
+            text = Path("experiment.toml").read_text(encoding="utf-8")
+            Path("diameter.toml").write_text(text.replace('radius = "5 mm"', 'radius = "10 mm"', 1), encoding="utf-8")
         result = CliRunner().invoke(app, words)
-        assert result.exit_code == 0, result.output
+        assert result.exit_code == (2 if slip else 0), result.output
         shown, said = _plain(lines), _plain(result.output.splitlines())
         if words[0] not in SAMPLED:
             assert shown == said

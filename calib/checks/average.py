@@ -189,9 +189,16 @@ def _mixed(models: Sequence[AverageMember], told: tuple[Averaged, ...], departur
         n_walkers=1,
         seed=first.seed,
         diagnostics=_diagnostics(posteriors, told, parameters, draws, departures),
-        attrs={k: v for k, v in first.attrs.items() if k.startswith("version of ")} | ({"ended": ended} if ended else {}),
+        attrs=_made_with(posteriors) | ({"ended": ended} if ended else {}),
         of_model=of_model,
     )
+
+
+def _made_with(posteriors: Sequence[Posterior]) -> dict[str, str]:
+    """What the draws of all models were made with, versions, platform and commit; where they differ, each that is told."""
+    keys = dict.fromkeys(k for p in posteriors for k in p.attrs if k.startswith("version of ") or k in ("platform", "commit"))
+    told = {key: dict.fromkeys(p.attrs.get(key, "not told") for p in posteriors) for key in keys}
+    return {key: "; ".join(values) for key, values in told.items()}
 
 
 def forward_of_average(n_model: int) -> OfEach:

@@ -207,7 +207,8 @@ class Landscape:
         faults = []
         if not self.force[0] <= force <= self.force[-1]:
             message = f"the load must lie between {self.force[0]:.4g} and {self.force[-1]:.4g} N, got {force:.6g} N"
-            faults.append(Fault(message, advice="Ask for a larger range"))
+            advice = "Give a larger load" if force < self.force[0] else "Table the sensors up to a larger load"
+            faults.append(Fault(message, advice=advice))
         for limit in limits:
             if limit.quantity not in LIMITED_HERE:
                 faults.append(Fault(f"{limit.quantity} is not told here", advice="Write a specification for it"))

@@ -119,6 +119,14 @@ class Workspace:
                 names.append(path.relative_to(self.folder).as_posix())
         return names
 
+    def other_files(self) -> list[tuple[str, str]]:
+        """Names of files that are no lab files, as seen from the folder, each with what it is; hidden ones are not told."""
+        return [
+            (path.relative_to(self.folder).as_posix(), reason)
+            for path, reason in walk(self.folder)
+            if reason and path.is_file() and not path.name.startswith((".", "~$"))
+        ]
+
     def lab_file(self, name: str) -> Path:
         """Path of a lab file by the name that it is listed by.
 

@@ -41,6 +41,7 @@ async def files(request: Request) -> Response:
         first=first,
         n=len(names),
         further=first + _SHOWN if first + _SHOWN < len(names) else 0,
+        others=(await working(space.other_files))[:_SHOWN],
         experiment=space.experiment.exists(),
         offered=await working(experiments_in, space),
         specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,

@@ -135,9 +135,10 @@ def _advise(space: Workspace, name: str, folder: Path, form: dict[str, str]) -> 
     if not force > 0:
         raise InputError(Fault("nothing says at which load the signal counts", advice='Give a load such as "10 N"'))
     wanted: Requirement | Specification = Requirement(force=force, lower=_LOWER, upper=_UPPER)
-    limits = viewing.limits_from(form)
+    limits, tolerance = viewing.limits_from(form), viewing.quantity(form, "tolerance", "m", 0.0)
+    # What is refused to be shown is not advised, either.
+    viewing.landscape_of(run, viewing.reaching(run, force), _LOWER, _UPPER).view(force, limits, tolerance)
     if limits:
-        tolerance = viewing.quantity(form, "tolerance", "m", 0.0)
         probability = viewing.quantity(form, "probability", "", 0.95)
         path = space.folder / _spec_name(name)
         write_text(path, viewing.specification_text(force, limits, _LOWER, _UPPER, tolerance, probability))

@@ -115,6 +115,14 @@ def test_an_average_is_kept_to_the_last_bit(given: Posterior, tmp_path: Path) ->
     assert np.array_equal(again.of_model, mixed.of_model)
 
 
+def test_an_average_tells_what_the_draws_of_its_models_were_made_with(given: Posterior) -> None:
+    one, other = (
+        replace(given, attrs={"version of calib": "0.1.0", "platform": "Linux", "commit": commit}) for commit in ("abc", "def")
+    )
+    attrs = averaged(one, other).attrs
+    assert (attrs["version of calib"], attrs["platform"], attrs["commit"]) == ("0.1.0", "Linux", "abc; def")
+
+
 @pytest.mark.parametrize(("log_evidence", "colour"), [(0.0, "red"), (-9.0, "green")])
 def test_a_red_model_makes_the_average_red_if_it_counts(given: Posterior, log_evidence: float, colour: str) -> None:
     bad = Verdict((Reason("fit", "red", "the model does not describe the force", "Look at the residuals"),))

@@ -86,6 +86,14 @@ def test_a_dropped_file_is_kept_whole_and_listed(tmp_path: Path) -> None:
     assert not list((space.folder / "lab").rglob(".*"))
 
 
+def test_a_dropped_file_that_is_no_lab_file_is_named_with_what_it_is(tmp_path: Path) -> None:
+    page = let_in(open_workspace(tmp_path / "new"))
+    assert "Left out" not in page.get("/files").text
+    for name in ("rig.jpg", "notes.md"):
+        page.put(f"/files/upload?name={name}", content=b"x")
+    assert "Left out: lab/notes.md (notes), lab/rig.jpg (a picture)." in page.get("/files").text
+
+
 def test_a_file_that_is_refused_says_why_and_is_read_once_it_is_corrected(tmp_path: Path) -> None:
     space = open_workspace(tmp_path / "new")
     (space.folder / "lab").mkdir()
@@ -607,6 +615,19 @@ def test_an_average_that_goes_on_says_how_it_is_cancelled_and_begun_again(
     assert '<code id="again-command">calib average one two -o stopped</code>' in shown
 
 
+@pytest.mark.parametrize(("code", "told"), [(143, "before anything was begun"), (2, "It was refused, and nothing was sampled")])
+def test_a_calibration_that_ended_before_it_sampled_says_why(
+    finished: Work, monkeypatch: pytest.MonkeyPatch, code: int, told: str
+) -> None:
+    ended = jobs.Job("early", ("calib", "calibrate", "experiment.toml", "-o", "early"), 1, "now", "", alive=False, code=code)
+    monkeypatch.setattr("calib.serve.jobs.job_of", lambda space, name: ended)
+    (finished.space.folder / "early").mkdir()
+    try:
+        assert told in finished.page.get("/run/progress?name=early").text
+    finally:
+        (finished.space.folder / "early").rmdir()
+
+
 def test_the_folder_of_a_run_opens_the_page_with_that_run(finished: Work) -> None:
     space = open_workspace(finished.space.folder / "one")
     assert space.folder == finished.space.folder
@@ -722,6 +743,11 @@ def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) ->
     assert [limit.in_words for limit in wanted.limits] == ["stroke at most 0.5 mm"]
     assert (space.folder / "run" / "specification.csv").is_file()
     assert built.page.post("/padding/advise", data={"name": "run"}).status_code == 422
+    # Nothing is advised for a load that the page refuses to show.
+    before = (space.folder / "run" / "recommendation.json").read_bytes()
+    refused = built.page.post("/padding/advise", data={"name": "run", "force": "0.001 N"})
+    assert (refused.status_code, "the load must lie between" in refused.text) == (422, True)
+    assert (space.folder / "run" / "recommendation.json").read_bytes() == before
 
 
 def _value(page: str, field: str) -> str:
