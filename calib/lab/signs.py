@@ -61,6 +61,8 @@ _LAST_ROWS = "the last rows, in which force changes most, go the other way with 
 _ON, _BACK = 0.1, 0.02
 # Share of its travel by which a ball goes there and back.
 _TURNED = 0.5
+# Share of the rows of a stretch that are near its turn, and by how much of their sum paces on both sides of it differ at most.
+_NEAR_TURN, _SAME_PACE = 0.15, 0.2
 
 _RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
 _APART = "force changes, but not with the displacement"
@@ -411,7 +413,10 @@ def _goes_as_a_drift(displacement: FloatArray, load: FloatArray, change: float) 
 
 
 def _goes_on_as_the_ball_turns(displacement: FloatArray, force: FloatArray, good: BoolArray) -> bool:
-    """Whether the force goes one way from the first row to the last, while the ball goes there and while it goes back."""
+    """Whether the force goes one way from the first row to the last, and at the same pace across the turn of the ball.
+
+    A drift that is larger than the press goes one way, too, but there the force changes its pace where the ball turns.
+    """
     rows = good & np.isfinite(displacement) & np.isfinite(force)
     if np.count_nonzero(rows) < _FEWEST:
         return False
@@ -426,7 +431,17 @@ def _goes_on_as_the_ball_turns(displacement: FloatArray, force: FloatArray, good
     there, back = (
         sum(float(onwards[b] - onwards[a]) for a, b in pairwise(turns) if up * (place[b] - place[a]) > 0) for up in (1, -1)
     )
-    return min(there, back) >= _ON * way
+    if min(there, back) < _ON * way:
+        return False
+    paces = [_paces(onwards, *three) for three in zip(turns, turns[1:], turns[2:], strict=False)]
+    return all(abs(after - before) <= _SAME_PACE * (abs(after) + abs(before)) for before, after in paces)
+
+
+def _paces(load: FloatArray, begin: int, turn: int, end: int) -> tuple[float, float]:
+    """Change of the load in a row, shortly before and shortly after the row in which the ball turns."""
+    n = max(round(_NEAR_TURN * min(turn - begin, end - turn)), 2)
+    before, after = max(turn - n, begin), min(turn + n, end)
+    return float(load[turn] - load[before]) / max(turn - before, 1), float(load[after] - load[turn]) / max(after - turn, 1)
 
 
 def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, bool], good: BoolArray) -> bool:

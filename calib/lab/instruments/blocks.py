@@ -6,7 +6,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, takewhile
+from itertools import islice, pairwise, takewhile
 
 import numpy as np
 
@@ -394,13 +394,14 @@ def _heads_results(sheet: Sheet, rows: list[list[str]], at: int, above: Sequence
     above : lines of the rows of the record.
     """
     cells = [c.strip() for c in rows[at] if c.strip()]
-    below = [r for r in rows[at + 1 :] if any(c.strip() for c in r)]
-    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
-    if not above or time is None or len(cells) < 2 or not 0 < len(below) < FEW_ROWS:
+    filled_below = (rows[k] for k in range(at + 1, len(rows)) if any(c.strip() for c in rows[k]))
+    below = list(islice(filled_below, FEW_ROWS))
+    if not above or len(cells) < 2 or not 0 < len(below) < FEW_ROWS:
         return False
+    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
     apart = any(not any(c.strip() for c in r) for r in rows[above[-1] + 1 : at])
     words = not any(is_numeric(c) or is_clock(c) or is_missing(c) or is_over_range(c) for c in cells)
-    if not (apart and words) or SPECIMEN.search(" ".join(cells[1:])) or set(cells) & set(sheet.names):
+    if time is None or not (apart and words) or SPECIMEN.search(" ".join(cells[1:])) or set(cells) & set(sheet.names):
         return False
     filled = [[c for c in r if c.strip()] for r in below]
     if any(len(r) != len(cells) or not any(map(is_numeric, r)) for r in filled):
