@@ -434,7 +434,8 @@ def _goes_on_as_the_ball_turns(displacement: FloatArray, force: FloatArray, good
     if min(there, back) < _ON * way:
         return False
     paces = [_paces(onwards, *three) for three in zip(turns, turns[1:], turns[2:], strict=False)]
-    return all(abs(after - before) <= _SAME_PACE * (abs(after) + abs(before)) for before, after in paces)
+    before, after = max(paces, key=lambda pace: abs(pace[0]) + abs(pace[1]), default=(0.0, 0.0))
+    return abs(after - before) <= _SAME_PACE * (abs(after) + abs(before))
 
 
 def _paces(load: FloatArray, begin: int, turn: int, end: int) -> tuple[float, float]:
