@@ -621,11 +621,12 @@ def test_a_calibration_that_ended_before_it_sampled_says_why(
 ) -> None:
     ended = jobs.Job("early", ("calib", "calibrate", "experiment.toml", "-o", "early"), 1, "now", "", alive=False, code=code)
     monkeypatch.setattr("calib.serve.jobs.job_of", lambda space, name: ended)
-    (finished.space.folder / "early").mkdir()
+    begun = finished.space.page_folder / "jobs" / "early"
+    begun.mkdir(parents=True)
     try:
         assert told in finished.page.get("/run/progress?name=early").text
     finally:
-        (finished.space.folder / "early").rmdir()
+        begun.rmdir()
 
 
 def test_the_folder_of_a_run_opens_the_page_with_that_run(finished: Work) -> None:
