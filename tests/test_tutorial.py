@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+
+from make_outputs import BLOCK, TUTORIAL, write_diameter_for_radius
+
 from calib.cli import app
 
-TUTORIAL = Path(__file__).parents[1] / "docs" / "tutorial.md"
 #: Commands whose numbers are those of a sampled posterior: the last digits are another machine's own.
 SAMPLED = ("calibrate", "recommend", "verify")
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
@@ -21,7 +25,7 @@ _MEAN_AND_SD = re.compile(r"(-?\d+\.\d+) ± (\d+\.\d+)")
 def _shown() -> list[tuple[list[str], list[str]]]:
     """Each command of the tutorial, with the lines that are shown of what it says."""
     found: list[tuple[list[str], list[str]]] = []
-    for block in re.findall(r"^```console\n(.*?)^```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
+    for block in BLOCK.findall(TUTORIAL.read_text(encoding="utf-8")):
         for line in block.splitlines():
             if line.startswith("$ "):
                 found.append((shlex.split(line[2:]), []))
@@ -42,8 +46,7 @@ def test_the_tutorial_shows_what_its_commands_say(tmp_path: Path, monkeypatch: p
     assert [words[0] for words, _ in commands] == order
     for words, lines in commands:
         if slip := words[-1] == "diameter.toml":  # what the reader is asked to save
-            text = Path("experiment.toml").read_text(encoding="utf-8")
-            Path("diameter.toml").write_text(text.replace('radius = "5 mm"', 'radius = "10 mm"', 1), encoding="utf-8")
+            write_diameter_for_radius(Path("experiment.toml"), Path("diameter.toml"))
         result = CliRunner().invoke(app, words)
         assert result.exit_code == (2 if slip else 0), result.output
         shown, said = _plain(lines), _plain(result.output.splitlines())

@@ -205,13 +205,23 @@ def _written(commands: Sequence[str], names: Sequence[str]) -> list[list[str]]:
     """Which files each command wrote, if a later one did not write them anew."""
     left, written = list(names), list[list[str]]()
     for k, text in reversed(list(enumerate(commands))):
-        kind = text.split()[1] if text.startswith("calib ") else ""
+        kind = kind_of_command(text)
         # What calibrates once more, to go on or to take the experiment anew, leaves advice as it was.
         of_kind = WRITTEN_BY.get(kind, [name for name in names if name not in _ADVICE])
         own = [name for name in left if name in of_kind] if k else left
         left = [name for name in left if name not in own]
         written.append(own)
     return written[::-1]
+
+
+def kind_of_command(text: str) -> str:
+    """Which command of `calib` a command line is; "" if it is none.
+
+    >>> kind_of_command("calib next RUN"), kind_of_command("python notebook.py")
+    ('next', '')
+    """
+    words = text.split()
+    return words[1] if len(words) > 1 and words[0] == "calib" else ""
 
 
 def _one_or_all(entries: list[dict[str, str]]) -> object:

@@ -11,7 +11,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM
-from calib.report import WRITTEN_BY, Certificate, Origin, certify
+from calib.report import WRITTEN_BY, Certificate, Origin, certify, kind_of_command
 from calib.runs.advice import of_other_draws
 from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
@@ -168,8 +168,7 @@ def _commands_of_results(commands: Sequence[Command], files: Collection[str]) ->
     kept: list[Command] = []
     written_later: set[str] = set()
     for command in reversed(commands):
-        words = command.text.split()
-        kind = words[1] if len(words) > 1 and words[0] == "calib" else ""
+        kind = kind_of_command(command.text)
         if not kind or kind in _MAKING:
             kept.append(command)
             written_later |= {*SUMMARIES, *PAGES}

@@ -53,11 +53,8 @@ _IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
 _OF_TEX = re.compile(r"\$([^$]{1,40})\$")
 _GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
 # "timeMs", "displacementMm", "forceN": the units that end such names, in the case that joins them.
-_JOINED = re.compile(r"(?P<name>[a-z]{3,})(?P<unit>S|Ms|Us|Mm|Um|Nm|N|Kn|Pf|Nf|Ff)")
-_OF_JOINED = {"S": "s", "Ms": "ms", "Us": "us", "Mm": "mm", "Um": "um", "Nm": "nm", "N": "N", "Kn": "kN", "Pf": "pF"} | {
-    "Nf": "nF",
-    "Ff": "fF",
-}
+_OF_JOINED = {unit.capitalize(): unit for unit in ("s", "ms", "us", "mm", "um", "nm", "N", "kN", "pF", "nF", "fF")}
+_JOINED = re.compile(rf"(?P<name>[a-z]{{3,}})(?P<unit>{'|'.join(_OF_JOINED)})")
 # Since when the seconds of a clock count, behind its unit: "(s since 01.01.1904)".
 _SINCE = re.compile(r"(?<=[(\[])\s*(?P<unit>[^\W\d_]{1,12})\s+since\s+[^()\[\]]+?(?=\s*[)\]])", re.IGNORECASE)
 # A symbol with its index, whose letter is no unit: "C_s (pF)".

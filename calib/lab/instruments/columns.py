@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
@@ -170,15 +171,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
     trusted = sheet.trusted()
-    beside = _mark_beside(trusted, [c.index for c in columns])
     notation = _typed(sheet, len(written)) or decide_notation(
         [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
         asked=reading.decimal,
         delimiter=sheet.delimiter,
-        timed=beside[0],
-        where=beside[1],
+        beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])

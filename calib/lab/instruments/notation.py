@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -132,8 +132,7 @@ def decide_notation(
     declared: str = "",
     asked: str = "",
     delimiter: str = "",
-    timed: str = "",
-    where: str = "the times of day",
+    beside: Callable[[], tuple[str, str]] = lambda: ("", ""),
 ) -> Notation:
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
@@ -152,8 +151,8 @@ def decide_notation(
     declared : the decimal mark that the file itself states, "" if it states none.
     asked : the decimal mark where the file leaves it open, as the user says; "" if nobody does.
     delimiter : of the file: no program that writes decimal commas parts cells by commas.
-    timed, where : the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
-        are.
+    beside : finds the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
+        are; asked where nothing else tells.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
@@ -196,7 +195,7 @@ def decide_notation(
     plain = [text for text in texts if "." not in text and "," not in text and _THOUSANDS.search(text)]
     for c, text in enumerate(texts):
         decimal, note, conflict, showing = _decimal(
-            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, (timed, where), large=bool(plain)
+            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, beside, large=bool(plain)
         )
         if conflict:
             several = len(showing) > 1
@@ -261,7 +260,7 @@ def _decimal(
     declared: str,
     asked: str,
     delimiter: str,
-    beside: tuple[str, str],
+    beside: Callable[[], tuple[str, str]],
     *,
     large: bool,
 ) -> _Decision:
@@ -303,8 +302,9 @@ def _decimal(
         return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
     if large and not plain:
         return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
-    if mark == beside[0] and not seen:
-        return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in {beside[1]}", "", ()
+    shown_beside, where = beside()
+    if mark == shown_beside:
+        return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in {where}", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
 
