@@ -21,7 +21,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 10
+START_VERSION = 11
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -49,7 +49,7 @@ _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 _SKETCHED, _NEAR = 4000, 0.25
 # A proposal with ends is fitted to so many of its own draws, at most so often, while so many of them for each unknown are
 # effective, and not so large a share of all.
-_OWN_DRAWS, _RENEWALS, _RENEWED, _GOOD = 6000, 4, 40, 0.5
+_OWN_DRAWS, _RENEWALS, _RENEWED, _GOOD = 6000, 4, 40, 0.2
 # The same of many groups: of each so many draws for each of what they share, and the share of draws for which weights are made
 # milder.
 _GROUP_RENEWALS, _EACH_GROUP, _GOOD_OF_GROUPS, _MILD = 2, 8, 0.25, 0.5
