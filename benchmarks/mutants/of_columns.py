@@ -124,6 +124,9 @@ def rival(doc: Document, rng: random.Random) -> Document | None:
     column = doc.columns[at]
     name = rng.choice(_RIVALS[column.quantity])
     new = replace(column, name=name, quantity="", factors=(), told="", added=True)
+    factor = UNITS[column.quantity].get(column.unit) if column.unit else None
+    if not column.factors and factor is not None:  # a change before has made the true one a statistic: it is the only one left
+        new = replace(new, stands_in=column.quantity, factors=(factor,))
     values = _series(doc, at, rng, rng.choice(("like", "like", "constant", "noise")))
     place = rng.choice((at, at + 1, len(doc.columns)))
     return _inserted(doc, place, new, values, 4)

@@ -31,9 +31,9 @@ _WORDS = {
     "force": ("Kraft", "Standardkraft", "Last", "Force", "Fuerza", "载荷", "力", "荷重", "Siła"),
     "capacitance": ("Kapazität", "Capacité", "Capacidad", "电容", "静電容量", "Cap", "Pojemność"),
 }
+# Seconds or milliseconds since 1970.
+_SINCE_1970 = r"1\d{9}(\d{3})?(\.|$)"
 #: Names that say of a capacitance that it is that of the series circuit.
-# Milliseconds since 1970.
-_SINCE_1970 = r"1\d{12}(\.|$)"
 _SERIES = ("Cs", "CS", "Series capacitance")
 _STATISTICS = ("max", "min", "mean", "peak hold", "setpoint", "command", "target", "average", "std")
 _MEANS = ("mean", "average")
@@ -156,7 +156,7 @@ def no_time_unit(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     if not column.factors and any(re.match(_SINCE_1970, cell) for i in doc.rows() for cell in doc.row(i).cells[at : at + 1]):
-        return None  # milliseconds since 1970 without a unit may be read as what they are
+        return None  # seconds and milliseconds since 1970 without a unit may be read as what they are
     return with_column(doc, at, replace(column, unit="", bracket="", gap="", told="time"))
 
 

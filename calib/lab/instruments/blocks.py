@@ -223,7 +223,7 @@ def _runs_on(sheet: Sheet, rows: list[list[str]], line: str, above: Sequence[int
     """Whether a line of words, of no run or specimen, stands among rows that go on: those `above`, and from `first` on."""
     if SPECIMEN.search(line) or _RUN.search(line) or not is_only_words(line):
         return False
-    quantities = {i: h.quantity for i, h in sheet.headings().items() if h.quantity != "status"}
+    quantities = {i: h.quantity for i, h in sheet.headings.items() if h.quantity != "status"}
     key = min(quantities)
     below = takewhile(lambda row: key < len(row) and _is_reading(row[key]), rows[first : first + _BESIDE])
     return runs_on(
@@ -398,7 +398,7 @@ def _heads_results(sheet: Sheet, rows: list[list[str]], at: int, above: Sequence
     below = list(islice(filled_below, FEW_ROWS))
     if not above or len(cells) < 2 or not 0 < len(below) < FEW_ROWS:
         return False
-    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    time = next((i for i, h in sheet.headings.items() if h.quantity == "time"), None)
     apart = any(not any(c.strip() for c in r) for r in rows[above[-1] + 1 : at])
     words = not any(is_numeric(c) or is_clock(c) or is_missing(c) or is_over_range(c) for c in cells)
     if time is None or not (apart and words) or SPECIMEN.search(" ".join(cells[1:])) or set(cells) & set(sheet.names):
@@ -494,7 +494,7 @@ def _check_same_units(sheet: Sheet, blocks: Sequence[_Block]) -> None:
 
 def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> bool:
     labels = {b.label for b in blocks if b.label}
-    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    time = next((i for i, h in sheet.headings.items() if h.quantity == "time"), None)
     if time is None or len(labels) > 1:
         return False
 

@@ -47,7 +47,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
-    for index, heading in sheet.headings().items():
+    for index, heading in sheet.headings.items():
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
         asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))

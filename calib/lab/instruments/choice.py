@@ -306,11 +306,11 @@ def _index_of_asked(sheet: Sheet) -> str:
 
 def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dict[int, str], list[str], list[Fault]]:
     """The headings, with a capacitance whose name does not say so in series where the lines above the header do."""
-    headings = dict(sheet.headings())
+    headings = dict(sheet.headings)
     notes: list[str] = []
     faults: list[Fault] = []
     above = said_circuit(sheet.prelude)
-    for index, heading in sheet.headings().items():
+    for index, heading in sheet.headings.items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
             continue
         said = circuit_beside_unit(sheet, index) or above

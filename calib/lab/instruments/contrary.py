@@ -139,6 +139,8 @@ def unit_against(line: str, quantity: str, factor: float) -> str:
     others = [u for u in units if u not in own and not _is_denied(text, u) and not _is_value(text, u)]
     denied = [u for u in own if _is_denied(text, u)]
     kept = [u for u in own if u not in denied and not _is_value(text, u)]
+    if not others and not denied:
+        return ""
     wrong = _WRONG.search(text) is not None
     named = _names(text, quantity)
     for unit in others:
@@ -222,12 +224,12 @@ def _by_name() -> dict[str, str]:
     return found | {"kräfte": "force", "loads": "force", "cell": "force", "capa": "capacitance"}
 
 
-@lru_cache(maxsize=1)
-def _beginnings() -> tuple[tuple[str, str], ...]:
+@lru_cache
+def _beginnings(quantity: str) -> tuple[str, ...]:
     """What longer and inflected words of a quantity begin with: "Kraftwerte", "forces", "силы"; and names without blanks."""
-    names = [(n, q) for n, q in _by_name().items() if " " not in n and n <= "\u2e80"]
-    whole = [(n, q) for n, q in names if len(n) > 4]
-    return (*whole, *((n[:-1], q) for n, q in names if len(n) > 5 or (len(n) > 3 and not n.isascii())))
+    names = [n for n, q in _by_name().items() if q == quantity and " " not in n and n <= "\u2e80"]
+    whole = [n for n in names if len(n) > 4]
+    return (*whole, *(n[:-1] for n in names if len(n) > 5 or (len(n) > 3 and not n.isascii())))
 
 
 def _names(text: str, quantity: str) -> bool:
@@ -239,4 +241,4 @@ def _names(text: str, quantity: str) -> bool:
     pairs = [" ".join(parts[i : i + 2]) for i in range(len(parts) - 1)]
     if any(_by_name().get(w) == quantity or _by_name().get(w.removesuffix("s")) == quantity for w in (*parts, *pairs)):
         return True
-    return any(q == quantity and part.startswith(n) for part in parts for n, q in _beginnings())
+    return any(part.startswith(_beginnings(quantity)) for part in parts)

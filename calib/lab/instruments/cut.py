@@ -178,7 +178,7 @@ def _units_declared_below(text: LabText, header: int) -> Mapping[str, tuple[str,
 
 def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
     """The lines above a header by which columns are read -> a note on each: units, decimal mark, a meter's circuit."""
-    quantities = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings().values()}
+    quantities = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings.values()}
     found: dict[int, list[str]] = {}
     for quantity, (unit, line) in sheet.declared_units.items():
         if quantity in quantities and not {q for q in reading.units if IN_PLACE_OF.get(q, q) == quantity}:
@@ -187,9 +187,7 @@ def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
     if mark and not reading.decimal and sheet.declared_decimal:
         found.setdefault(mark, []).append(f'the decimal mark ("{sheet.declared_decimal}")')
     circuit = said_circuit(sheet.prelude)
-    if circuit is not None and any(
-        h.quantity == "capacitance" and i not in sheet.assigned for i, h in sheet.headings().items()
-    ):
+    if circuit is not None and any(h.quantity == "capacitance" and i not in sheet.assigned for i, h in sheet.headings.items()):
         found.setdefault(circuit.line, []).append("how the meter takes the capacitance")
     return {line: f"line {line} says {', '.join(said)}" for line, said in sorted(found.items())}
 
@@ -242,7 +240,7 @@ def _check_torn_decimals(sheet: Sheet) -> None:
 def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
     named = n_named(sheet)
-    if named == len(sheet.names) or sheet.headings().keys() <= sheet.assigned.keys():
+    if named == len(sheet.names) or sheet.headings.keys() <= sheet.assigned.keys():
         return
     if sheet.text.typed:  # a cell of a workbook stands in its own column, whatever stands beside it
         return

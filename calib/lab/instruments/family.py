@@ -59,23 +59,23 @@ def needs_of_log(found: frozenset[str]) -> tuple[str, ...]:
 
 def channels(sheet: Sheet) -> str:
     """Name the columns that are understood, as the beginning of a reason."""
-    named = [sheet.names[i] for i in sheet.headings()]
+    named = [sheet.names[i] for i in sheet.headings]
     return f"channels {', '.join(named)} in line {sheet.header_line}"
 
 
 def channel_names(sheet: Sheet) -> list[str]:
     """The names of the columns that are understood, in lower case and without units."""
-    return [h.name for h in sheet.headings().values()]
+    return [h.name for h in sheet.headings.values()]
 
 
 def holds_capacitance(sheet: Sheet) -> bool:
     """Whether a column is a capacitance, which no testing machine writes."""
-    return any(h.quantity.startswith("capacitance") for h in sheet.headings().values())
+    return any(h.quantity.startswith("capacitance") for h in sheet.headings.values())
 
 
 def capacitance_log(sheet: Sheet) -> str:
     """Why a sheet is the log of an LCR meter: a capacitance column, unless force and displacement stand beside it. Else ""."""
-    found = sheet.headings()
+    found = sheet.headings
     quantities = {h.quantity for h in found.values()}
     if not quantities & {"capacitance", "capacitance_series"} or {"force", "displacement"} <= quantities:
         return ""

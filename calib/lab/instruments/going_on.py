@@ -31,7 +31,7 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
     whole : whether every reading has to be near those beside it, as where a row may be moved by a column; of a row of results
         between two others the time is enough, as a spike may be a reading.
     """
-    headings = {i: h for i, h in sheet.headings().items() if h.quantity != "status" and 0 <= i < len(table.columns)}
+    headings = {i: h for i, h in sheet.headings.items() if h.quantity != "status" and 0 <= i < len(table.columns)}
     if not rows or not headings:
         return set()
     n_row = len(table.lines)

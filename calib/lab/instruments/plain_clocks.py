@@ -72,13 +72,14 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
     if sheet.text.typed:
         return sheet
     columns, notes = list(sheet.columns), list(sheet.notes)
-    headings, others = sheet.headings(), list(sheet.columns)
+    headings = sheet.headings
+    with_clocks = {i for i, cells in enumerate(sheet.columns) if holds_clock(cells)}
     for index in range(min(len(sheet.names), len(columns))):
         heading = headings.get(index)
         is_time = heading is not None and heading.quantity == "time"
         if index in sheet.set_aside or not (is_time or heading is None):
             continue
-        if heading is None and any(map(holds_clock, others[:index] + others[index + 1 :])):
+        if heading is None and with_clocks - {index}:
             continue  # days beside times of day
         name = sheet.names[index] or f"column {index + 1}"
         dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
@@ -146,7 +147,7 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
     own = list(range(at - (at > 0 and parts[at - 1] == "h"), seconds + 1))
     if len(own) == 2 and sheet.names[at].strip().lower() == "mm":
         return sheet  # millimetres
-    others = {i for i, h in sheet.headings().items() if h.quantity == "time"} - set(own)
+    others = {i for i, h in sheet.headings.items() if h.quantity == "time"} - set(own)
     given = {sheet.assigned.get(i) for i in own} - {None}
     if others or set(own) & set(sheet.set_aside) or (given and sheet.assigned.get(seconds) != "time"):
         return sheet
@@ -161,7 +162,7 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
     steps = np.diff(total[there])
     falls = steps < 0
     if np.any(falls & ((steps > -_DAY / 2) | (len(own) == 2))) or not np.any(steps > 0):
-        aside = {i: f"does not go on with {names[-2]}" for i in own[-1:] if i not in sheet.headings()}
+        aside = {i: f"does not go on with {names[-2]}" for i in own[-1:] if i not in sheet.headings}
         return replace(sheet, set_aside={**sheet.set_aside, **aside})
     exact = reading.units.get("time") == "s" and seconds in sheet.assigned
     cells = [_clock_of(t, exact=exact) if ok else "" for t, ok in zip(total.tolist(), there.tolist(), strict=True)]

@@ -429,7 +429,7 @@ def _of_two_instruments(sheet: Sheet) -> bool:
 
 
 def _has(sheet: Sheet, quantity: str) -> bool:
-    return any(IN_PLACE_OF.get(h.quantity, h.quantity) == quantity for h in sheet.headings().values())
+    return any(IN_PLACE_OF.get(h.quantity, h.quantity) == quantity for h in sheet.headings.values())
 
 
 def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:

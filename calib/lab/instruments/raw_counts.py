@@ -21,7 +21,7 @@ def raw_counts(sheet: Sheet) -> dict[int, str]:
     ----------
     sheet : without rows.
     """
-    headings = {i: h for i, h in sheet.headings().items() if h.quantity in NEEDS_UNIT}
+    headings = {i: h for i, h in sheet.headings.items() if h.quantity in NEEDS_UNIT}
     in_unit = {_quantity(h): i for i, h in reversed(headings.items()) if _has_unit(sheet, i, h)}
     return {
         i: f'counts ("{said}"), no {_quantity(h)} in a unit: {_shown(sheet, in_unit[_quantity(h)])} is the {_quantity(h)}'

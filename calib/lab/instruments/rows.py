@@ -69,7 +69,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     InputError
         If there are no rows, text stands among them, they do not fit the header, or another table follows.
     """
-    keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
+    keys = [i for i, h in sheet.headings.items() if h.quantity != "status"]
     table = _regular_table(sheet, start, keys)
     if table is None:
         table = block_table(sheet, start, keys, reading)

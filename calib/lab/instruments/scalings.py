@@ -99,7 +99,7 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
         return
     if shift + len(sheet.names) < len(cells) or sum(_number(c) is not None for c in cells) < 2:
         return
-    for index in sheet.headings():
+    for index in sheet.headings:
         value = _number(cells[index + shift]) if index + shift < len(cells) else None
         if value is not None:
             yield index, Scaling(number, shown, kind, value)
@@ -107,7 +107,7 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
 
 def _is_of_factors(sheet: Sheet, cells: Sequence[str]) -> bool:
     """Whether numbers that stand right below a header by themselves are 1 for the time, and something else for others."""
-    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    time = next((i for i, h in sheet.headings.items() if h.quantity == "time"), None)
     values = [_number(c) for c in cells]
     if time is None or len(values) != len(sheet.names) or None in values:
         return False
@@ -140,7 +140,7 @@ def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:
     if called:
         return called
     of = {q for c in texts if (q := quantity_of(c)) is not None}
-    own = {i: IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in sheet.headings().items()}
+    own = {i: IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in sheet.headings.items()}
     return [i for i, quantity in own.items() if of == {quantity}]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -146,7 +147,8 @@ class Sheet:
         clear = name and plain.count(words(name)) == 1 and "=" not in name and '"' not in name
         return name if clear else str(column + 1)
 
-    def headings(self) -> dict[int, Heading]:
+    @cached_property
+    def headings(self) -> Mapping[int, Heading]:
         """Which columns are understood, and as what: cell index -> heading. What the user assigned goes first."""
         found: dict[int, Heading] = {}
         given = {IN_PLACE_OF.get(q, q) for q in self.assigned.values()}

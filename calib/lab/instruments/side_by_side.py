@@ -46,7 +46,7 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
     InputError
         If their columns differ, or the header names none that is understood.
     """
-    found = sheet.headings()
+    found = sheet.headings
     if not found:
         raise InputError(no_header(sheet.text))
     places: dict[tuple[str, str], list[int]] = {}

@@ -104,11 +104,11 @@ def _pairs(sheet: Sheet) -> Iterator[tuple[int, int, float]]:
     named = {i: size for i, size in named.items() if i not in sheet.assigned and i not in sheet.set_aside}
     if not named:
         return
-    times = [i for i, h in sheet.headings().items() if h.quantity == "time" and i not in named]
+    times = [i for i, h in sheet.headings.items() if h.quantity == "time" and i not in named]
     others = [i for i in range(len(sheet.names)) if i not in named and i not in times]
     for clock in times or clocks_by_cells(sheet, others):
         seen = [c for c in sheet.columns[clock][:50] if c.strip()]
-        heading = sheet.headings().get(clock)
+        heading = sheet.headings.get(clock)
         unit = (heading.unit if heading is not None else "") or sheet.unit_below(clock)
         numbers = is_unit_of(unit, "time") and lab_factor(unit, "time") == 1.0 and all(map(_WHOLE.fullmatch, seen))
         if seen and (numbers or all(_WHOLE_SECONDS.fullmatch(in_figures(c).text) for c in seen)):

@@ -54,7 +54,7 @@ def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -
     """
     beside = date_column(sheet, index)
     asked = reading.units.get("time", "")
-    heading = sheet.headings().get(index)
+    heading = sheet.headings.get(index)
     said = asked or (heading.unit if heading is not None and heading.unit else "") or sheet.unit_below(index)
     form = form_of_clock(said)
     if asked and not form:

@@ -70,7 +70,7 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     columns = list(sheet.columns)
     units = list(sheet.units)
     read: list[_Column] = []
-    for index, heading in sheet.headings().items():
+    for index, heading in sheet.headings.items():
         if heading.quantity == "status" or index not in marked:
             continue
         places = [(line, index) for line in sheet.lines.tolist()]
@@ -101,7 +101,7 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     if units_line is None and any(units):
         units_line = sheet.header_line
     # What was text is written with a point now; cells with words may hold another mark still.
-    left = [i for i, heading in sheet.headings().items() if heading.quantity != "status" and not texts.get(i, _NO_TEXTS).rows]
+    left = [i for i, heading in sheet.headings.items() if heading.quantity != "status" and not texts.get(i, _NO_TEXTS).rows]
     pointed = any(of.rows for of in texts.values()) and not any("," in cell for i in left for cell in columns[i])
     whole = replace(
         sheet,

@@ -31,7 +31,7 @@ def with_unit_columns(sheet: Sheet) -> Sheet:
     -------
     The sheet with these units as if they stood below the names, with notes, and the columns of units set aside.
     """
-    headings = sheet.headings()
+    headings = sheet.headings
     units, aside, notes = dict(enumerate(sheet.units)), dict(sheet.set_aside), list(sheet.notes)
     for at, column in enumerate(sheet.columns[: len(sheet.names)]):
         first = next((c.strip() for c in column if c.strip()), "")

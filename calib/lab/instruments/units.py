@@ -424,6 +424,7 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     return True
 
 
+@lru_cache(maxsize=4096)
 def is_unit_of_a_record(unit: str) -> bool:
     """Whether a word is a known spelling of a unit of what a record holds: a time, a displacement, a force or a capacitance.
 

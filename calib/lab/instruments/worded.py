@@ -46,7 +46,7 @@ def worded_rows(sheet: Sheet, table: Table, known: Collection[int]) -> Worded:
     table : its rows.
     known : rows that are judged by something else.
     """
-    headings = sheet.headings()
+    headings = sheet.headings
     keys = [i for i, h in headings.items() if h.quantity != "status"]
     found: dict[int, str] = {}
     marks: dict[int, str] = {}
@@ -120,7 +120,7 @@ def _are_readings(
         if step:
             return bool(abs(numbers[last + 1] - numbers[first - 1] - step * (len(run) + 1)) < step / 2)
         return event or len(rows_going_on(sheet, table, run, whole=True)) == len(run)
-    timed = any(h.quantity == "time" for h in sheet.headings().values())
+    timed = any(h.quantity == "time" for h in sheet.headings.values())
     return event and (not timed or len(rows_going_on(sheet, table, run, whole=True)) == len(run))
 
 

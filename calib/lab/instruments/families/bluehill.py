@@ -33,7 +33,7 @@ def recognise(sheet: Sheet) -> str:
     block = line_above(sheet, _BLOCK)
     if block is not None:
         return f'{shown}, header block with "{block[1]}" in line {block[0]}'
-    own = next((sheet.names[i] for i, h in sheet.headings().items() if h.name in _OWN), "")
+    own = next((sheet.names[i] for i, h in sheet.headings.items() if h.name in _OWN), "")
     if own:
         return f'{shown}, "{own}" among them'
     pair = any(n in _DISPLACEMENT for n in named) and any(n in _FORCE for n in named)

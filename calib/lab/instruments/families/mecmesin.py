@@ -12,7 +12,7 @@ def recognise(sheet: Sheet) -> str:
     if above is not None:
         return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
     events = any(n.strip().lower() in ("event", "events") for n in sheet.names)
-    minutes = any(h.quantity == "time" and h.unit in ("min", "mins", "minutes") for h in sheet.headings().values())
+    minutes = any(h.quantity == "time" and h.unit in ("min", "mins", "minutes") for h in sheet.headings.values())
     if events and minutes:
         return f"{channels(sheet)}, event flags, time in minutes"
     return ""

@@ -9,10 +9,10 @@ from calib.lab.instruments.sheet import Sheet
 def recognise(sheet: Sheet) -> str:
     """Accept every sheet, and give the columns that are understood as the reason."""
     if not sheet.header_line and not all(map(str.isdecimal, sheet.names)):
-        return f"each line names its values: {', '.join(sheet.names[i] for i in sheet.headings() if i >= 0)}"
+        return f"each line names its values: {', '.join(sheet.names[i] for i in sheet.headings if i >= 0)}"
     if not sheet.header_line:
         return "the columns are as asked"
-    return f"the header at line {sheet.header_line} names {', '.join(sheet.names[i] for i in sheet.headings())}"
+    return f"the header at line {sheet.header_line} names {', '.join(sheet.names[i] for i in sheet.headings)}"
 
 
 def _enough(found: frozenset[str]) -> tuple[str, ...]:
