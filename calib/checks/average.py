@@ -311,5 +311,5 @@ def _reasons(models: Sequence[AverageMember], weight: FloatArray) -> Iterator[Re
             if reason.gate != "model":
                 said.setdefault(reason, []).append(m.name)
     for reason, names in said.items():
-        under = "" if len(names) == len(counting) else f"under {' and '.join(names)} "
+        under = "" if len(names) == len(counting) else f"under {' and '.join(names)}: "
         yield replace(reason, finding=f"{under}{reason.finding}")

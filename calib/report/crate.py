@@ -28,6 +28,7 @@ _ABOUT = {
     "summary.csv": "parameters, SI",
     "report.html": "report for people",
     "report.pdf": "the same, printed",
+    "as_calibrated.toml": "the experiment file, as it was calibrated",
     "recommendation.json": "which padding to build",
     "specification.csv": "which paddings conform to a specification",
     "next.json": "what to measure next",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from calib.runs.doctor import Examined, examine
     from calib.runs.export import NotUsableError, export_in, force_tables
     from calib.runs.figures import figures_in
-    from calib.runs.folder import Run, load_recommendation, load_run
+    from calib.runs.folder import Run, changed_inputs, load_recommendation, load_run
     from calib.runs.integrity import verify
     from calib.runs.listing import CERTIFICATES, RESULTS, read_listing
     from calib.runs.measurements import asked_before, next_for, next_in, specified_before
@@ -62,6 +62,7 @@ __all__ = [
     "calibrate",
     "calibrate_rivals",
     "certify_in",
+    "changed_inputs",
     "check",
     "diff_runs",
     "examine",
@@ -111,6 +112,7 @@ __getattr__ = on_demand(
         ),
         ".folder": (
             "Run",
+            "changed_inputs",
             "load_recommendation",
             "load_run",
         ),

@@ -13,8 +13,8 @@ from calib.checks import USUAL, AverageMember, ComparedModel, Weighting, average
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import real_path, require_folder
-from calib.runs.folder import Run, load_run
-from calib.runs.listing import LISTING, MEMBERS, POSTERIOR, RESULTS, Input, Listing, read_listing, seen_from
+from calib.runs.folder import Run, changed_inputs, load_run
+from calib.runs.listing import EXPERIMENT, LISTING, MEMBERS, POSTERIOR, RESULTS, Input, Listing, read_listing, seen_from
 from calib.runs.members import forward_of, member_file
 from calib.runs.ownership import is_bare, owned
 from calib.runs.page import PageError, page_of
@@ -66,6 +66,7 @@ def average_runs(
         if run.members:
             raise InputError(Fault("this run is an average itself", run.folder, advice="Give the runs that it is of"))
     _check_folder(folder, anew)
+    runs = [_beside(run, runs) for run in runs]
     models = [
         AverageMember(name, run.posterior, run.forward, run.verdict, run.posterior_sha256)
         for name, run in zip(names, runs, strict=True)
@@ -99,12 +100,28 @@ def _names(runs: Sequence[Run]) -> list[str]:
     return [f"{p.parent.name}-{p.name}" if plain.count(p.name) > 1 else p.name for p in paths]
 
 
+def _beside(run: Run, runs: Sequence[Run]) -> Run:
+    """A run with what has changed since, but for an experiment file that was edited for another one of the average."""
+    listing = read_listing(run.folder) if run.changed_inputs else None
+    if listing is None:
+        return run
+    return replace(run, changed_inputs=changed_inputs(run.folder, listing, {r.posterior.experiment.sha256 for r in runs}))
+
+
 def _inputs(folder: Path, name: str, run: Run) -> list[Input]:
     """What an average is made from: a run, and the files that this was made from."""
     path = (run.folder / POSTERIOR).absolute()
     listing = read_listing(run.folder)
     of_run = () if listing is None else listing.inputs
-    below = [replace(entry, from_run=seen_from(folder, run.folder / entry.from_run)) for entry in of_run]
+    kept = {"experiment": run.folder / EXPERIMENT} if (run.folder / EXPERIMENT).is_file() else {}
+    below = [
+        replace(
+            entry,
+            file=str(kept[entry.what].absolute()) if entry.what in kept else entry.file,
+            from_run=seen_from(folder, kept.get(entry.what, run.folder / entry.from_run)),
+        )
+        for entry in of_run
+    ]
     return [Input(f"posterior of {name}", str(path), seen_from(folder, path), run.posterior_sha256), *below]
 
 

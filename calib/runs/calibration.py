@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import time
@@ -28,11 +29,21 @@ from calib.checks import (
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Experiment, Variant, read_experiment
-from calib.files import require_folder
+from calib.files import require_folder, whole_file
 from calib.problem import Problem
 from calib.runs.before import kept_reasons, plausibility_of, require_plausible
 from calib.runs.folder import Run
-from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of, read_listing, with_command, write_listing
+from calib.runs.listing import (
+    CHECKPOINT,
+    EXPERIMENT,
+    LISTING,
+    MEMBERS,
+    Listing,
+    inputs_of,
+    read_listing,
+    with_command,
+    write_listing,
+)
 from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.runs.page import PageError, page_of
@@ -216,12 +227,15 @@ def calibrate(
             if known is not None:
                 _require_same(known, mine, folder)
             listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
+            if known is not None:
+                known = replace(known, files={name: digest for name, digest in known.files.items() if name != EXPERIMENT})
             if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
                 listing = with_command(listing, doing)
                 write_listing(folder, listing)
             elif known is not None:  # also of a command that is killed
                 listing = replace(listing, commands=with_command(known, doing).commands)
                 write_listing(folder, replace(known, commands=listing.commands))
+            _keep_experiment(plan, folder)
             first = first_answer_of(problem) if plausible is None or plausible.first is None else plausible.first
             watch = _also(watch, teller)
             watch.first_answer(first)
@@ -344,7 +358,19 @@ def _require_same(known: Listing, mine: Identity, folder: Path) -> None:
         raise InputError(Fault(f"the run in this folder is another: {said}", folder, advice=advice))
 
 
+def _keep_experiment(plan: Experiment, folder: Path) -> None:
+    """Copy the experiment file into its run; it is refused that it is another by now than it was when it was read."""
+    if plan.path is None:
+        return
+    content = plan.path.read_bytes()
+    if hashlib.sha256(content).hexdigest() != plan.sha256:
+        raise InputError(Fault("this file was written anew while it was read", plan.path, advice="Run the command again"))
+    with whole_file(folder / EXPERIMENT) as part:
+        part.write_bytes(content)
+
+
 def _remove_begun(folder: Path) -> None:
     """Remove a run in which nothing was sampled; what says that it is one goes last."""
     shutil.rmtree(folder / CHECKPOINT, ignore_errors=True)
+    (folder / EXPERIMENT).unlink(missing_ok=True)
     (folder / LISTING).unlink(missing_ok=True)

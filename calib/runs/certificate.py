@@ -19,6 +19,7 @@ from calib.runs.listing import (
     CERTIFICATE,
     CERTIFICATES,
     CERTIFIED,
+    EXPERIMENT,
     LISTING,
     MEMBERS,
     PAGES,
@@ -179,10 +180,10 @@ def _commands_of_results(commands: Sequence[Command], files: Collection[str]) ->
 
 
 def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:
-    """The text of the experiment file; None if it is not there any more as it was."""
-    for entry in listing.inputs:
-        path = entry.found(folder)
-        if entry.what != "experiment" or entry.sha256 != sha256 or path is None:
+    """The text of the experiment file, as the run has kept it or where it was; None if it is nowhere any more as it was."""
+    places = [entry.found(folder) for entry in listing.inputs if entry.what == "experiment" and entry.sha256 == sha256]
+    for path in (folder / EXPERIMENT, *places):
+        if path is None or not path.is_file():
             continue
         content = path.read_bytes()
         if hashlib.sha256(content).hexdigest() == sha256:

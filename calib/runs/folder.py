@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +15,18 @@ from calib.decision import Recommendation, recommendation_from_json
 from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
 from calib.files import sha256_of
-from calib.runs.listing import LISTING, POSTERIOR, PRINTED, RECOMMENDATION, REPORT, RESULTS, Listing, inputs_of, read_listing
+from calib.runs.listing import (
+    EXPERIMENT,
+    LISTING,
+    POSTERIOR,
+    PRINTED,
+    RECOMMENDATION,
+    REPORT,
+    RESULTS,
+    Listing,
+    inputs_of,
+    read_listing,
+)
 from calib.runs.members import SURROGATE_FILE, changed_forwards, forward_of, load_members
 from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT, Posterior, load_posterior
@@ -118,20 +129,25 @@ def _gone(folder: Path, listing: Listing | None) -> tuple[str, ...]:
     return ()
 
 
-def changed_inputs(folder: Path, listing: Listing) -> tuple[str, ...]:
+def changed_inputs(folder: Path, listing: Listing, expected: Collection[str] = ()) -> tuple[str, ...]:
     """Say which files a run was made from are no longer what they were; not those that are gone.
 
     Parameters
     ----------
     folder : of the run.
     listing : what `run.json` says.
+    expected : hashes that an experiment file may have by now: of other runs, which it was edited for.
     """
-    there = [(entry, entry.found(folder)) for entry in listing.inputs]
-    return tuple(
-        f"The {entry.what} {path.name} has changed since this calibration, which is of what it was before."
-        for entry, path in there
-        if path is not None and sha256_of(path) != entry.sha256
-    )
+    found = []
+    for entry in listing.inputs:
+        path = entry.found(folder)
+        now = entry.sha256 if path is None else sha256_of(path)
+        if path is not None and now != entry.sha256 and not (entry.what == "experiment" and now in expected):
+            kept = f" ({EXPERIMENT} in its folder)" if entry.what == "experiment" and (folder / EXPERIMENT).is_file() else ""
+            found.append(
+                f"The {entry.what} {path.name} has changed since this calibration, which is of what it was before{kept}."
+            )
+    return tuple(found)
 
 
 def load_recommendation(folder: Path) -> Recommendation | None:

@@ -24,6 +24,8 @@ from calib.visible import visible
 #: The file's name.
 LISTING = "run.json"
 
+#: The experiment file, to the byte, as it was calibrated: the one that it was read from goes on being edited.
+EXPERIMENT = "as_calibrated.toml"
 #: What commands write into a run folder, beside checkpoints.
 POSTERIOR, RECOMMENDATION, REPORT = "posterior.nc", "recommendation.json", "report.html"
 SPECIFICATION, NEXT = "specification.csv", "next.json"
@@ -35,7 +37,7 @@ PAGES = (REPORT, PRINTED)
 CERTIFICATE, PAGE_OF_IT, DCC = "certificate.json", "certificate.html", "certificate.xml"
 CRATE, SIGNATURE = "ro-crate-metadata.json", "certificate.json.minisig"
 CERTIFICATES = (PAGE_OF_IT, DCC, CRATE, CERTIFICATE, SIGNATURE)
-RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, *PAGES, NEXT, *CERTIFICATES)
+RESULTS = (EXPERIMENT, POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, *PAGES, NEXT, *CERTIFICATES)
 CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"

@@ -17,7 +17,7 @@ from starlette.routing import Route
 
 from calib.errors import Fault, InputError
 from calib.report import any_letters, difference_figure, pair_rows, parameter_rows, status_in_words
-from calib.runs import CERTIFICATES, RESULTS, diff_runs, run_state, verify
+from calib.runs import CERTIFICATES, RESULTS, changed_inputs, diff_runs, read_listing, run_state, verify
 from calib.serve import jobs, viewing
 from calib.serve.commands import BUDGET, after_cancel, resuming, typed
 from calib.serve.looking import DRAWING
@@ -42,6 +42,7 @@ _KINDS = {
     "certificate.json.minisig": "text/plain",
 }
 _ABOUT = {
+    "as_calibrated.toml": "the experiment, as it was calibrated",
     "posterior.nc": "draws, for ArviZ",
     "summary.json": "numbers",
     "summary.csv": "numbers, as a table",
@@ -280,10 +281,12 @@ def _each(space: Workspace, names: list[str]) -> Iterator[Row]:
 
 
 def _colour(folder: Path) -> str:
-    """Verdict on a run, by its summary; the run itself is loaded where it is looked at."""
+    """Verdict on a run by its summary, amber where what it was made from has changed; it is loaded where it is looked at."""
     try:
         colour = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["verdict"]["colour"]
-    except (OSError, ValueError, KeyError, TypeError):
+        listing = read_listing(folder) if colour == "green" else None
+        colour = "amber" if listing is not None and changed_inputs(folder, listing) else colour
+    except (InputError, OSError, ValueError, KeyError, TypeError):
         return ""
     return colour if colour in ("green", "amber", "red") else ""
 

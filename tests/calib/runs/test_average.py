@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 sys.path.insert(0, str(Path(__file__).parent))
 
 from averages import believed, with_own_padding
+from small_run import make_lab, quick
 
 from calib.cli import app
 from calib.errors import InputError
@@ -148,3 +149,30 @@ def test_a_model_that_was_changed_is_found(runs: Path) -> None:
         assert "Average the runs again" in calib("report", runs / "average", code=2)
     finally:
         path.write_bytes(whole)
+
+
+def test_a_run_keeps_its_experiment_which_may_be_edited_for_another_one_of_the_average(tmp_path: Path) -> None:
+    file = make_lab(tmp_path) / "experiment.toml"
+    first = file.read_text(encoding="utf-8")
+    quick(tmp_path, "one", seed=1)
+    file.write_text(first.replace('"0.7 MPa", 1.6', '"0.7 MPa", 1.8'), encoding="utf-8")
+    quick(tmp_path, "two", seed=1)
+    assert (tmp_path / "one" / "as_calibrated.toml").read_text(encoding="utf-8") == first
+    one, two = (load_run(tmp_path / name) for name in ("one", "two"))
+    assert (len(one.changed_inputs), len(two.changed_inputs)) == (1, 0)
+    assert "as_calibrated.toml" in one.changed_inputs[0]
+
+    def gates(average: str) -> list[str]:
+        return [reason.gate for reason in load_run(tmp_path / average).verdict.reasons]
+
+    calib("average", tmp_path / "one", tmp_path / "two", "-o", tmp_path / "both", "--by", "stacking", code=3)  # of a few steps
+    assert "inputs" not in gates("both")
+    assert "changed" not in calib("verify", tmp_path / "both")
+    file.write_text(file.read_text(encoding="utf-8") + "# once more\n", encoding="utf-8")
+    assert "changed" not in calib("verify", tmp_path / "both")
+    calib("average", tmp_path / "one", tmp_path / "two", "-o", tmp_path / "later", "--by", "stacking", code=3)
+    assert "inputs" in gates("later")
+    (tmp_path / "one" / "as_calibrated.toml").write_text("\n", encoding="utf-8")
+    assert "changed one/as_calibrated.toml" in calib("verify", tmp_path / "both", code=3).replace(f"{tmp_path}/", "").replace(
+        "both/../", ""
+    )

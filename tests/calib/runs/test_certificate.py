@@ -129,6 +129,18 @@ def _flipped(content: bytes, place: int) -> bytes:
 # --- what it says -------------------------------------------------------------------------------------------------------
 
 
+def test_the_experiment_is_in_it_as_it_was_calibrated_though_its_file_was_edited(tmp_path: Path) -> None:
+    file = make_lab(tmp_path) / "experiment.toml"
+    calibrated = file.read_text(encoding="utf-8")
+    run = quick(tmp_path).run
+    file.write_text(calibrated + "# another idea\n", encoding="utf-8")
+    certify_in(load_run(run.folder))
+    said = json.loads((run.folder / "certificate.json").read_text(encoding="utf-8"))
+    assert said["experiment"]["text"] == calibrated
+    assert "inputs" in [reason["gate"] for reason in said["verdict"]["reasons"]]
+    assert said["files"].keys() >= {"as_calibrated.toml", "posterior.nc"}
+
+
 def test_it_says_what_the_run_found_who_measured_and_how_it_was_made(run: Path) -> None:
     said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
     posterior = load_run(run).posterior

@@ -125,6 +125,7 @@ def test_a_certificate_says_that_the_experiment_has_changed_since_the_page_was_d
     verdict = json.loads((space.folder / "run" / "certificate.json").read_text())["verdict"]
     assert verdict["colour"] != "green"
     assert "inputs" in [reason["gate"] for reason in verdict["reasons"]]
+    assert 'class="level amber"' in ok(page.get("/runs"))  # and so says the list
 
 
 def test_a_red_run_gets_a_statement_without_results(work: Work) -> None:
