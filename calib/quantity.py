@@ -48,6 +48,9 @@ _USUAL = {
 _LONGEST = 100
 _LARGE_POWER = re.compile(r"(?:\*\*|\^)[\s(+-]*(?:\d{3}|\d+[\s)]*(?:\*\*|\^))")
 
+# No sign of a unit: pint leaves them out where they end it, and what is behind them.
+_NOT_OF_UNITS = re.compile(r"""["'`´;#,:!?=&|<>@~$\\]""")
+
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -90,7 +93,7 @@ def unit_factor(unit: str, si_unit: str) -> float:
     >>> unit_factor("um/N", "m/N")
     1e-06
     """
-    if len(unit) > _LONGEST or _LARGE_POWER.search(unit):
+    if len(unit) > _LONGEST or _LARGE_POWER.search(unit) or _NOT_OF_UNITS.search(unit):
         raise ValueError(f'unknown unit "{shortened(unit)}"')
     try:
         over, *under = (_spelled(part) for part in unit.strip().split("/"))
