@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         missed_in,
         results_of,
     )
-    from calib.report.crate import WRITTEN_BY, CrateFile, crate_json, kind_of_command
+    from calib.report.crate import CrateFile, crate_json, files_of_commands
     from calib.report.curve import check_in_words, curve_csv
     from calib.report.dcc import dcc_gaps, dcc_xml, laboratory_gaps
     from calib.report.deformed.cross_section import cross_section_figure
@@ -58,7 +58,6 @@ __all__ = [
     "CERTIFICATE_FORMAT",
     "CERTIFICATE_KINDS",
     "DAY_GATE",
-    "WRITTEN_BY",
     "Certificate",
     "CrateFile",
     "FirstRow",
@@ -91,6 +90,7 @@ __all__ = [
     "difference_figure",
     "duration_in_words",
     "file_figure",
+    "files_of_commands",
     "find_browser",
     "first_rows",
     "follows_from_itself",
@@ -98,7 +98,6 @@ __all__ = [
     "front_figure",
     "gripper_files",
     "kept_drawings",
-    "kind_of_command",
     "laboratory_gaps",
     "learned_in_words",
     "lines_to_add",
@@ -150,7 +149,7 @@ __getattr__ = on_demand(
             "missed_in",
             "results_of",
         ),
-        ".crate": ("WRITTEN_BY", "CrateFile", "crate_json", "kind_of_command"),
+        ".crate": ("CrateFile", "crate_json", "files_of_commands"),
         ".curve": ("check_in_words", "curve_csv"),
         ".dcc": ("dcc_gaps", "dcc_xml", "laboratory_gaps"),
         ".deformed.cross_section": ("cross_section_figure",),

@@ -40,8 +40,9 @@ _ABOUT = {
 }
 _PAGES = ("report.html", "report.pdf")
 _ADVICE = ("recommendation.json", "specification.csv", "next.json")
-#: Files that a command leaves in a run's folder; all others are of the command that made the draws.
-WRITTEN_BY: Mapping[str, tuple[str, ...]] = {
+# Commands that make the draws, and all else but the advice; so may one that is no command of `calib`. What others write anew.
+_MAKING = ("calibrate", "compare", "average", "")
+_WRITTEN_BY: Mapping[str, tuple[str, ...]] = {
     "recommend": ("recommendation.json", "specification.csv", *_PAGES),
     "next": ("next.json", *_PAGES),
     "report": ("summary.json", "summary.csv", *_PAGES),
@@ -183,7 +184,7 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
         found.append({**measured, "result": _one_or_all(lab), **{key: day for key, day in days.items() if day}, **agent})
     of_certificate = [{"@id": _address(file.name)} for file in files if not file.sha256]
     commands = c.origin.commands
-    written = _written([command["text"] for command in commands[:-1]], [file.name for file in files if file.sha256])
+    written = files_of_commands([command["text"] for command in commands[:-1]], [file.name for file in files if file.sha256])
     there: list[dict[str, str]] = []
     for k, command in enumerate(commands, 1):
         made: dict[str, Any] = {
@@ -194,7 +195,7 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
             "endTime": command["at"],
             "instrument": {"@id": f"#calib-{quote(command['version'], safe='')}"},
         }
-        results = [{"@id": _address(name)} for name in written[k - 1]] if k <= len(written) else of_certificate
+        results = [{"@id": _address(name)} for name in written[k - 1] or ()] if k <= len(written) else of_certificate
         used = list(there) or inputs
         there += results
         told = {"object": used, "result": results}
@@ -202,27 +203,29 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
     return found
 
 
-def _written(commands: Sequence[str], names: Sequence[str]) -> list[list[str]]:
-    """Which files each command wrote, if a later one did not write them anew."""
-    left, written = list(names), list[list[str]]()
-    for k, text in reversed(list(enumerate(commands))):
-        kind = kind_of_command(text)
-        # What calibrates once more, to go on or to take the experiment anew, leaves advice as it was.
-        of_kind = WRITTEN_BY.get(kind, [name for name in names if name not in _ADVICE])
-        own = [name for name in left if name in of_kind] if k else left
-        left = [name for name in left if name not in own]
-        written.append(own)
-    return written[::-1]
+def files_of_commands(commands: Sequence[str], names: Sequence[str]) -> list[list[str] | None]:
+    """Which files of a run each command wrote that a later one did not write anew; None where no results come of it.
 
+    Results come of commands that make draws, and of others as long as something of theirs is there.
 
-def kind_of_command(text: str) -> str:
-    """Which command of `calib` a command line is; "" if it is none.
+    Parameters
+    ----------
+    commands : in their order.
+    names : of the files.
 
-    >>> kind_of_command("calib next RUN"), kind_of_command("python notebook.py")
-    ('next', '')
+    >>> files_of_commands(["calib calibrate x.toml -o R", "calib next R", "calib verify R"], ["posterior.nc", "next.json"])
+    [['posterior.nc'], ['next.json'], None]
     """
-    words = text.split()
-    return words[1] if len(words) > 1 and words[0] == "calib" else ""
+    left, written = list(names), list[list[str] | None]()
+    for text in reversed(commands):
+        words = text.split()
+        kind = words[1] if len(words) > 1 and words[0] == "calib" else ""
+        makes = kind in _MAKING
+        # What calibrates once more, to go on or to take the experiment anew, leaves advice as it was.
+        own = [name for name in left if (name not in _ADVICE if makes else name in _WRITTEN_BY.get(kind, ()))]
+        left = [name for name in left if name not in own]
+        written.append(own if own or makes else None)
+    return written[::-1]
 
 
 def _one_or_all(entries: list[dict[str, str]]) -> object:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM
-from calib.report import WRITTEN_BY, Certificate, Origin, certify, kind_of_command
+from calib.report import Certificate, Origin, certify, files_of_commands
 from calib.runs.advice import of_other_draws
 from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
@@ -22,10 +21,8 @@ from calib.runs.listing import (
     EXPERIMENT,
     LISTING,
     MEMBERS,
-    PAGES,
     RESULTS,
     SIGNATURE,
-    SUMMARIES,
     Command,
     Listing,
     read_listing,
@@ -34,9 +31,6 @@ from calib.runs.listing import (
 )
 from calib.signature import SecretKey, sign
 from calib.visible import visible
-
-# Commands of which the draws come; and what others write anew that is hashed. All else looks at it, or certified it before.
-_MAKING = ("calibrate", "compare", "average")
 
 
 def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
@@ -151,7 +145,8 @@ def _origin(run: Run, listing: Listing) -> Origin:
     if begun := listing.attrs.get("command", "") if len(commands) < 2 else "":  # a folder of before they were kept
         attrs = posterior.attrs
         commands = (Command(visible(begun), attrs.get("ended", ""), attrs.get(f"version of {PROGRAM}", "")), *commands)
-    commands = (*_commands_of_results(commands[:-1], listing.files), *commands[-1:])
+    written = files_of_commands([command.text for command in commands[:-1]], list(listing.files))
+    commands = (*(c for c, own in zip(commands[:-1], written, strict=True) if own is not None), *commands[-1:])
     return Origin(
         forward=forwards_of(run),
         commands=tuple(asdict(command) for command in commands),
@@ -159,24 +154,6 @@ def _origin(run: Run, listing: Listing) -> Origin:
         text=_experiment_text(run.folder, listing, posterior.experiment.sha256),
         software=made_with(),
     )
-
-
-def _commands_of_results(commands: Sequence[Command], files: Collection[str]) -> list[Command]:
-    """The commands that results come of: those of the draws, and of the others the last that wrote a file which is there.
-
-    Of one that is of no known kind nobody can tell, and it counts.
-    """
-    kept: list[Command] = []
-    written_later: set[str] = set()
-    for command in reversed(commands):
-        kind = kind_of_command(command.text)
-        if not kind or kind in _MAKING:
-            kept.append(command)
-            written_later |= {*SUMMARIES, *PAGES}
-        elif own := {name for name in WRITTEN_BY.get(kind, ()) if name in files} - written_later:
-            kept.append(command)
-            written_later |= own
-    return kept[::-1]
 
 
 def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:
