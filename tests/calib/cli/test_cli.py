@@ -149,7 +149,7 @@ def test_unconverged_calibration_exits_with_3_writes_everything_and_says_so(fini
     run, result = finished
     assert result.exit_code == 3, result.output
     assert {p.name for p in run.iterdir()} == {
-        *("posterior.nc", "summary.json", "summary.csv", "report.html", "run.json", "checkpoint")
+        *("as_calibrated.toml", "posterior.nc", "summary.json", "summary.csv", "report.html", "run.json", "checkpoint")
     }
     longer = f"calib calibrate {run.parent / 'experiment.toml'} -o {run} --resume --seed 4 --budget 30 --processes 0"
     assert result.stdout.splitlines()[-1] == f"Continue with: {longer}"

@@ -195,7 +195,7 @@ def test_a_page_that_fails_leaves_its_reason_the_results_and_the_way_to_write_it
     assert f'calib report "{lab / "my run"}"' in said
     assert "The chains have not converged" in result.stdout
     assert {p.name for p in (lab / "my run").iterdir()} == {
-        *("run.json", "checkpoint", "posterior.nc", "summary.json", "summary.csv")
+        *("run.json", "as_calibrated.toml", "checkpoint", "posterior.nc", "summary.json", "summary.csv")
     }
     assert _wrong(lab / "my run") == {}
     assert _command("report", lab / "my run").exit_code == 3
