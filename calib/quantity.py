@@ -48,8 +48,8 @@ _USUAL = {
 _LONGEST = 100
 _LARGE_POWER = re.compile(r"(?:\*\*|\^)[\s(+-]*(?:\d{3}|\d+[\s)]*(?:\*\*|\^))")
 
-# No sign of a unit: pint leaves them out where they end it, and what is behind them.
-_NOT_OF_UNITS = re.compile(r"""["'`´;#,:!?=&|<>@~$\\]""")
+# What units are written with; pint leaves out all else, with what is behind it: "mm;", "mm€", "mm # x". Per cent of a unit is none.
+_OF_UNITS = re.compile(r"%|(?:[\w\s*/^()°·⁻-]|\.(?=\w))*")
 
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
@@ -93,7 +93,7 @@ def unit_factor(unit: str, si_unit: str) -> float:
     >>> unit_factor("um/N", "m/N")
     1e-06
     """
-    if len(unit) > _LONGEST or _LARGE_POWER.search(unit) or _NOT_OF_UNITS.search(unit):
+    if len(unit) > _LONGEST or _LARGE_POWER.search(unit) or not _OF_UNITS.fullmatch(unit.strip()):
         raise ValueError(f'unknown unit "{shortened(unit)}"')
     try:
         over, *under = (_spelled(part) for part in unit.strip().split("/"))

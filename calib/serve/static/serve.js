@@ -217,7 +217,8 @@ if (text) {
 
   // What was typed into fields and is not in the file, each with what stood there before; what is said in .decide counts with its button.
   const typed = new Map();
-  const unwritten = (deciding) => [...typed].some(([input, was]) => input.isConnected && input.value !== was && (deciding || !input.closest(".decide")));
+  const unwritten = (deciding, within = fields) => [...typed].some(([input, was]) =>
+    within.contains(input) && input.value !== was && (deciding || !input.closest(".decide")));
 
   // A verdict is of the text that was checked: as soon as another stands here, none is shown.
   function unchecked(level, words) {
@@ -298,8 +299,10 @@ if (text) {
           show(now);
           if (redraw || status === 409) await draw();
         }
-      } catch (error) { said.textContent = error.message; lost(); }
+        return ok;
+      } catch (error) { said.textContent = error.message; lost(); return false; }
     });
+    return queue;
   }
 
   fields.addEventListener("beforeinput", (event) => { if (!typed.has(event.target)) typed.set(event.target, event.target.value); });
@@ -314,26 +317,32 @@ if (text) {
     }
     if (event.target.name === "kind" && event.target.value) {
       const names = forms[event.target.value], id = event.target.id;
-      all(".number", form).forEach((number) => number.remove());
+      all(".prior .number", form).forEach((number) => number.remove());
       names.forEach((name, k) => {
         const number = element("span", "", { class: "number" });
         number.append(element("label", name, { for: `${id}-${k}` }), element("input", "", { id: `${id}-${k}`, name: `number${k}`, autocomplete: "off" }));
         one(".prior", form).append(number);
         typed.set(one("input", number), null);
       });
-      one(".number input", form).focus();
+      one(".prior .number input", form).focus();
       changed();
       return;
     }
-    if (all(".number input", form).some((input) => !input.value.trim()) && form.elements.kind?.value) return;
+    if (all(".prior .number input", form).some((input) => !input.value.trim()) && form.elements.kind?.value) return;
     change("/experiment/put", () => new FormData(form), event.target.name === "kind", form);
   });
   fields.addEventListener("submit", (event) => {
     event.preventDefault();
     const form = event.target, decide = event.submitter?.dataset.decide ?? (document.activeElement.closest(".decide") ? form.elements.known.value : "");
-    if (decide) form.elements.known.value = decide;
-    change(decide ? "/experiment/decide" : "/experiment/put", () => new FormData(form), Boolean(decide), form);
-    if (decide) queue.then(() => one(`#fields [data-field='${CSS.escape(form.dataset.field)}'] input[name=known]:checked`)?.focus());
+    const put = () => change("/experiment/put", () => new FormData(form), false, form);
+    if (!decide) { put(); return; }
+    form.elements.known.value = decide;
+    // What was typed above and is not in the file yet is what was measured.
+    queue.then(() => (unwritten(false, form) ? put() : true)).then((written) => {
+      if (!written) return;
+      change("/experiment/decide", () => new FormData(form), true, form)
+        .then(() => one(`#fields [data-field='${CSS.escape(form.dataset.field)}'] input[name=known]:checked`)?.focus());
+    });
   });
 
   const write = () => { clearTimeout(wait); change("/experiment/write", () => ({ text: text.value, seen: seen.value }), true); };

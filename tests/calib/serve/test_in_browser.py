@@ -268,6 +268,32 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     assert download.value.path().stat().st_size > 1e5
 
 
+def _prior_is_typed_and_measured(tab: Page, file: Path) -> None:
+    """A number of a prior is in the file once its field is left, and is what was measured; a refusal is seen where one is."""
+    form = tab.locator("form[data-known]", has=tab.get_by_text("Sensor thickness")).first
+    number, key = form.locator(".prior input").first, tab.keyboard
+    number.focus()
+    key.press("Control+A")
+    key.type("0.75 mm")
+    key.press("Tab")
+    tab.wait_for_function("() => /sensor_thickness = .*.0\\.75 mm/.test(document.querySelector('#text').value)")
+    number.fill("0.75x mm")
+    number.press("Tab")
+    form.locator(".check .bad").wait_for()  # it stays, in field and file, until it is right
+    form.locator("input[name=known][value=measured]").check()
+    form.get_by_label("By what").fill("the # of a microscope")
+    form.get_by_role("button", name="It was measured").click()
+    tab.locator("#said:not(:empty)").wait_for()
+    assert tab.locator("#said").evaluate("said => said.getBoundingClientRect().bottom > 0")
+    assert "measured: the" not in file.read_text()
+    form.get_by_label("By what").fill("microscope")
+    number.fill("0.76 mm")
+    form.get_by_role("button", name="It was measured").click()
+    tab.wait_for_function(
+        "() => /sensor_thickness = .*.0\\.76 mm.*# measured: microscope/.test(document.querySelector('#text').value)"
+    )
+
+
 @pytest.mark.parametrize("width", [390, 1280])
 def test_the_shipped_example_is_begun_by_keyboard_alone(page: Page, tmp_path: Path, width: int) -> None:
     other = Served(tmp_path / "new")
@@ -286,6 +312,7 @@ def test_the_shipped_example_is_begun_by_keyboard_alone(page: Page, tmp_path: Pa
         assert serious(tab) == []
         assert as_wide_as_the_screen(tab)
         assert [s.name for s in read_experiment(other.folder / "experiment.toml").specimens] == ["sensor 1", "sensor 2"]
+        _prior_is_typed_and_measured(tab, other.folder / "experiment.toml")
         # One that came along is offered, beside beginning anew.
         (other.folder / "experiment.toml").unlink()
         tab.goto(other.page("/files"))
