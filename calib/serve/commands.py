@@ -50,7 +50,8 @@ def calibrating(space: Workspace, form: Mapping[str, str], experiment: str = "")
         except ValueError:
             number = math.nan
         if not (math.isfinite(number) and number >= least and number < 1e6):
-            faults.append(Fault(f'{key} must be a number of zero or more, got "{text[:40]}"'))
+            what = "minutes, such as 10 or 2.5, with a point" if key == "budget" else "a whole number, such as 1"
+            faults.append(Fault(f'{key} must be {what}, got "{text[:40]}"'))
         else:
             words += [f"--{key}", f"{number:g}" if key == "budget" else str(number)]
     if faults:

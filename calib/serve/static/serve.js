@@ -120,9 +120,25 @@ function begin(within) {
       const { ok, said } = await answer(`${form.dataset.command}?${filled}`);
       if (ok && filled === last) showCommand(document.getElementById(form.dataset.into ?? "command"), said.command);
     });
-    form.addEventListener("submit", () => {
-      one("button[type=submit]", form).disabled = true;
-      if (form.dataset.busy) one(".buttons", form).append(element("span", form.dataset.busy, { class: "note", role: "status" }));
+    form.addEventListener("submit", (event) => {
+      const button = one("button[type=submit]", form);
+      const busy = element("span", form.dataset.busy ?? "", { class: "note", role: "status" });
+      one(".said", form)?.remove();
+      button.disabled = true;
+      button.parentElement.append(busy);
+      if (form.method !== "post") return;
+      // A refusal is said where the button is, and what was typed stays.
+      event.preventDefault();
+      const sent = { method: "POST", body: new URLSearchParams(new FormData(form)), headers: { Accept: "application/json" } };
+      ask(form.getAttribute("action"), sent).then(async (got) => {
+        if (got.ok) { location.assign(got.url); return; }
+        const said = got.status === 403 ? shutOut : await got.json().then((json) => json.faults.join(" "), () => `The server answered with ${got.status}.`);
+        throw new Error(said);
+      }).catch((error) => {
+        busy.remove();
+        button.disabled = false;
+        button.parentElement.before(element("p", error.message, { class: "said", role: "alert" }));
+      });
     });
   }
   // Questions that only some answers raise.

@@ -267,6 +267,18 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
         page.get_by_role("link", name="run1.zip").press("Enter")
     assert download.value.path().stat().st_size > 1e5
 
+    # What is refused is said where the button is, and what was typed stays.
+    page.goto(served.page("/calibrate"))
+    page.get_by_label("Minutes at most").fill("1,5")
+    page.get_by_label("Name").fill("run1")
+    page.get_by_role("button", name="Calibrate").click()
+    assert page.get_by_label("Minutes at most").evaluate("input => input.validity.patternMismatch")
+    page.get_by_label("Minutes at most").fill("1.5")
+    page.get_by_role("button", name="Calibrate").press("Enter")
+    page.locator("form .said", has_text="run1").wait_for()
+    assert page.get_by_label("Minutes at most").input_value() == "1.5"
+    assert serious(page) == []
+
 
 def _prior_is_typed_and_measured(tab: Page, file: Path) -> None:
     """A number of a prior is in the file once its field is left, and is what was measured; a refusal is seen where one is."""
