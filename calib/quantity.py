@@ -48,7 +48,7 @@ _USUAL = {
 _LONGEST = 100
 _LARGE_POWER = re.compile(r"(?:\*\*|\^)[\s(+-]*(?:\d{3}|\d+[\s)]*(?:\*\*|\^))")
 
-# What units are written with; pint leaves out all else, with what is behind it: "mm;", "mm€", "mm # x". Per cent of a unit is none.
+# What units are written with; pint leaves out all else, with what is behind it ("mm;", "mm€"), and takes per cent of a unit.
 _OF_UNITS = re.compile(r"%|(?:[\w\s*/^()°·⁻-]|\.(?=\w))*")
 
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")

@@ -8,6 +8,7 @@ from calib.lab.instruments import (
     Reading,
     SeveralSpecimens,
     Unread,
+    is_unit_of,
     no_such_quantity,
     read_lab_file,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "check_name",
     "grade_rows",
     "hertz_onset",
+    "is_unit_of",
     "judge",
     "level_before_contact",
     "make_sweep",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -419,6 +420,9 @@ class _Builder:
     def _state(self, at: KeyPath) -> dict[str, Any]:
         line = self.places.get(at, (0, 0))[0]
         own = [fault for fault in self.faults if line and fault.line == line]
+        if not line:  # what is said of a key that is missing has the line of its table
+            table, missing = self.places.get(at[:-1], (0, 0))[0], re.compile(rf"(?:\w+_)?{at[-1]}\b.* is missing")
+            own = [fault for fault in self.faults if table and fault.line == table and missing.match(fault.message)]
         marked = next((u.line for u in self.unedited if self._is_of(u, at)), 0)
         shown = self.lines[marked - 1] if marked else ""
         task = shown[shown.rindex(MARK) + len(MARK) :].strip() if MARK in shown else ""

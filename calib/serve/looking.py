@@ -25,6 +25,7 @@ from calib.lab import (
     Reading,
     Use,
     grade_rows,
+    is_unit_of,
     judge,
     observe,
     read_lab_file,
@@ -37,7 +38,15 @@ from calib.priors import parse_prior
 from calib.report import any_letters, file_figure
 from calib.serve.toml_text import value_at, with_value
 from calib.serve.workspace import Workspace
+from calib.visible import shortened
 
+#: Units that a form offers for a quantity; any other may be typed.
+UNITS = {
+    "time": ("s", "ms", "min"),
+    "displacement": ("mm", "um", "in", "m"),
+    "force": ("N", "mN", "kN", "gf", "kgf", "lbf"),
+    "capacitance": ("pF", "nF", "fF", "F"),
+}
 #: One at a time draws: settings of the drawing library are those of the whole process.
 DRAWING = threading.Lock()
 # What was read is kept as long as the file is the same: reading a long file takes a second.
@@ -280,6 +289,12 @@ def said_from(form: Mapping[str, str]) -> Said:
             return ""
         return value
 
+    for q, units in UNITS.items():
+        unit = text.get(f"units_{q}", "")
+        if unit and q != "time" and not is_unit_of(unit, q):  # a time may be a form of a clock
+            faults.append(
+                Fault(f'unit of the {q}: "{shortened(unit)}" is none', advice=f"Write one such as {', '.join(units)}")
+            )
     by_quantity = {key: {q: text[f"{key}_{q}"] for q in QUANTITIES if f"{key}_{q}" in text} for key in ("units", "columns")}
     specimen = text.get("specimen")
     if specimen is not None and not (specimen.isdecimal() and int(specimen) >= 1):

@@ -7,6 +7,7 @@ from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading
 from calib.lab.instruments.reader import QUANTITIES, no_such_quantity, read_lab_file
 from calib.lab.instruments.rounded import rounded_rows
 from calib.lab.instruments.sheet import SeveralSpecimens
+from calib.lab.instruments.units import is_unit_of
 
 __all__ = [
     "AS_FOUND",
@@ -18,6 +19,7 @@ __all__ = [
     "Reading",
     "SeveralSpecimens",
     "Unread",
+    "is_unit_of",
     "no_such_quantity",
     "read_lab_file",
     "rounded_rows",

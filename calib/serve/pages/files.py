@@ -15,15 +15,6 @@ from calib.serve.commands import drafting, reading_command, typed
 from calib.serve.page import address, answered, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
 from calib.serve.workspace import LARGEST_UPLOAD, Workspace
 
-#: Units that a form offers for a quantity; any other may be typed.
-_UNITS = {
-    "time": ("s", "ms", "min"),
-    "displacement": ("mm", "um", "in", "m"),
-    "force": ("N", "mN", "kN", "gf", "kgf", "lbf"),
-    "capacitance": ("pF", "nF", "fF", "F"),
-}
-
-
 # Files that are listed on one page: a browser is slow with many thousands.
 _SHOWN = 500
 
@@ -100,8 +91,8 @@ def _file_page(
         addable=_addable(space_of(request), found),
         form=form,
         wrong=[str(fault) for fault in wrong],
-        quantities=[q for q in QUANTITIES if q in _UNITS],
-        units=_UNITS,
+        quantities=[q for q in QUANTITIES if q in looking.UNITS],
+        units=looking.UNITS,
         signed=tuple(SIGNED),
         signs=tuple(SIGNS),
         choices=[(c, [(value, _field(c.option, c.key)) for value in c.alternatives[:12]]) for c in choices],
@@ -132,12 +123,20 @@ async def picture(request: Request) -> Response:
 
 
 async def correct(request: Request) -> Response:
-    """Keep what a form says of a file, and read it again."""
+    """Keep what a form says of a file, and read it again.
+
+    Raises
+    ------
+    InputError
+        If it makes no sense, and a script asks; else the page says so.
+    """
     space, form = space_of(request), await form_of(request)
     name = form.pop("name", "")
     try:
         said = looking.said_from(form)
     except InputError as error:
+        if "application/json" in request.headers.get("accept", ""):
+            raise
         found = await working(looking.understand, space, name)
         return await working(_file_page, request, found, form, error.faults, 422)
     await writing(looking.correct, space, name, said)

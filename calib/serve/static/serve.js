@@ -120,6 +120,8 @@ function begin(within) {
       const { ok, said } = await answer(`${form.dataset.command}?${filled}`);
       if (ok && filled === last) showCommand(document.getElementById(form.dataset.into ?? "command"), said.command);
     });
+  }
+  for (const form of all("form[data-command], form[data-here]", within)) {
     form.addEventListener("submit", (event) => {
       const button = one("button[type=submit]", form);
       const busy = element("span", form.dataset.busy ?? "", { class: "note", role: "status" });
@@ -293,7 +295,10 @@ if (text) {
     const again = held?.id ? document.getElementById(held.id) : null;
     if (!again) return;
     again.focus();
-    if (!typing) return;
+    if (!typing) {
+      if (held.matches("input[autocomplete=off]")) again.setSelectionRange(held.selectionStart, held.selectionEnd); // about to type
+      return;
+    }
     typed.set(again, again.value);
     // Somebody is in the middle of a word: it stays, and is put into the file when they leave the field.
     again.value = held.value;

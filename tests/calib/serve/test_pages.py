@@ -148,11 +148,13 @@ def test_what_is_said_of_a_file_goes_into_the_first_experiment_and_is_changed_th
 
 def test_a_wrong_correction_is_refused_with_every_fault_and_what_was_typed_stays(page: TestClient, space: Workspace) -> None:
     before = space.text
-    data = {"name": "lab/press.csv", "units_force": "N", "cycles": "two", "max_force": "5", "specimen": "0", "where_value": "1"}
+    units = {"units_force": "x" * 5000, "units_time": "h:min:s"}
+    data = {"name": "lab/press.csv", **units, "cycles": "two", "max_force": "5", "specimen": "0", "where_value": "1"}
     answer = page.post("/file/correct", data=data)
     assert answer.status_code == 422
-    for said in ("cycles must be", "max_force", "specimen must be a whole number", "belong together"):
+    for said in ("unit of the force", "cycles must be", "max_force", "specimen must be a whole number", "belong together"):
         assert said in answer.text
+    assert "unit of the time" not in answer.text
     assert 'value="two"' in answer.text
     assert space.text == before
 
@@ -234,6 +236,10 @@ def test_what_is_wrong_is_said_beside_its_field(page: TestClient, space: Workspa
     assert list(wrong) == [("indenter", "radius")]
     assert "has no unit" in wrong["indenter", "radius"]
     assert "has no unit" in page.get("/experiment").text
+    put(page, ["indenter", "radius"], value="")
+    wrong = {field.at: field.wrong for field in form_of_experiment(space).fields if field.wrong}
+    assert list(wrong) == [("indenter", "radius")]
+    assert "is missing" in wrong["indenter", "radius"]
 
 
 def test_a_text_that_is_no_toml_is_kept_and_said_with_its_line(page: TestClient, space: Workspace) -> None:
