@@ -231,6 +231,14 @@ REMARKS = QUALIFIERS | _set(
 )
 #: What measures a place, and may stand beside it in a name: `displacement crosshead`, `LVDT displacement`.
 SENSORS = _set("crosshead lvdt dvrt extensometer encoder laser traverse")
+#: What presses, and what moves it and gives way itself, as they begin words of a name: `Ball travel`, `Kugelweg`, `Stage z`.
+PRESSING = _set(
+    "ball kugel bille bola sfera kulka probe indenter indentor tip tool punch sphere plunger eindring stempel 球 压头 圧子 압자"
+)
+MOVING = _set(
+    "stage stroke crosshead traverse traversen ram piston kolben actuator aktor aktuator motor machine maschine maschinen hub "
+    "course vérin"
+)
 #: Words before the number of a channel of an amplifier or a board: `ch1`, `AI 1`.
 CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang 通道 채널")
 #: Who makes load cells, displacement sensors and meters: `Kistler 9207 [N]`.
