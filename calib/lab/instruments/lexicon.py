@@ -265,6 +265,11 @@ KEYS = _set(
     "punkt messpunkt point freq frequency frequenz fréquence frecuencia frequenza częstotliwość 频率 周波数 주파수 "
     "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
 )
+#: Words that do so where the values change from row to row, and stand in turn.
+KEYS_IN_TURN = _set(
+    "id ids ident serial seriennummer sn node knoten nœud nodo input eingang entrée entrada ingresso pin slave module modul "
+    "board address addr adresse gain nr no number nummer label name position"
+)
 #: Words of which one begins or ends a name without blanks that says so: 最大荷重, 目标位移.
 WITHOUT_BLANKS = frozenset(w for w in STATISTIC | COMMANDED if not w.isascii() and w[0] > "\u2e80")
 #: Names of a column that says which rows are good, and what its cells hold where a row is; of one that says which are not.
