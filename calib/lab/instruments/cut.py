@@ -13,6 +13,7 @@ from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -118,6 +119,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         above = (*above, f"the names of the columns are those that {where} by number")
     elif names[0] == ROW_NAMES and len(names) == len(split_line(text.lines[header], delimiter)) + 1:
         above = (*above, f"rows have a cell more than line {header + 1}, the first: their names, as R and pandas write them")
+    elif (words := common_words(written := split_line(text.lines[header], delimiter)))[1] == names != written:
+        above = (*above, f'all names in line {header + 1} begin with "{words[0]}", which is passed by')
     elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     elif 2 * len(names) == len(split_line(text.lines[header], delimiter)):
