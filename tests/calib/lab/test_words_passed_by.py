@@ -285,3 +285,27 @@ def test_names_in_a_language_of_the_east_and_in_english_are_read_in_all_encoding
 @pytest.mark.parametrize("name", ["最大 Force (N)", "目标 Force (N)", "温度 Force (N)", "时间 Force (N)", "力 max Force (N)"])
 def test_a_name_of_which_the_other_language_says_something_else_is_none(name: str) -> None:
     assert understand(name) is None
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time,Compressive,Compressive\n,extension,load\n(s),(mm),(N)",
+        "Zeit,Maschine,Messdose\n,Weg,Kraft\ns,mm,N",
+        "Time (s),Instron,Instron\n,Extension (mm),Load (N)",
+    ],
+)
+def test_a_name_that_stands_in_the_line_above_the_others_alone_is_taken_with_a_note(tmp_path: Path, header: str) -> None:
+    table = read_lab_file(written(tmp_path, header))
+    assert_press(table)
+    assert any("above those of the others" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Specimen,Instron,Instron\n,Extension (mm),Load (N)", "Force,,\n,Extension (mm),Load (N)", ",,\n,Extension (mm),Load (N)"],
+)
+def test_a_title_above_a_column_without_a_name_is_no_name_of_it(tmp_path: Path, header: str) -> None:
+    table = read_lab_file(written(tmp_path, header))
+    assert set(table.columns) == {"displacement", "force"}
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
