@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.clock_cells import is_clock
-from calib.lab.instruments.header import DELIMITERS, split_blanks, split_line
+from calib.lab.instruments.header import DELIMITERS, split_blanks, split_line, width_of_row
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
 from calib.lab.instruments.lines import (
@@ -36,7 +36,7 @@ from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import looks_like_unit
-from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.vocabulary import EXAMPLE, understand
 
 
 def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading) -> Table:
@@ -60,14 +60,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     blocks, more, unread = _blocks(sheet, rows, start, keys)
     blocks = [replace(b, label=b.label or _label(sheet, b.line - 1)) for b in blocks if b.rows]
     if not blocks:
-        raise InputError(
-            Fault(
-                "there is a header but no row of numbers below it",
-                sheet.text.path,
-                sheet.header_line,
-                advice="Export the raw data too",
-            )
-        )
+        raise InputError(_without_rows(sheet))
     kept, block_notes, specimens = _one_specimen(sheet, blocks, rows, reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
     unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
@@ -91,6 +84,27 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
         shown = f'the first is "{beside[first][:60]}" (line {lines[first]})'
         notes.append(f"{len(beside)} row(s) have a remark behind their last cell, under no name, which is no reading: {shown}")
     return Table(columns, lines, notes, tuple(unread), short, units, own.units_line, specimens)
+
+
+# Lines below a header among which a row of numbers between another mark than its names is looked for.
+_NEXT = 20
+
+
+def _without_rows(sheet: Sheet) -> Fault:
+    """The fault of a header without rows, or whose names are not understood as those of the columns of numbers below it."""
+    first = sheet.header_line
+    widths = {i: width_of_row(line) for i, line in enumerate(sheet.text.lines[first : first + _NEXT], first + 1)}
+    row, width = next(((i, n) for i, n in widths.items() if n > 1), (0, 0))
+    if not row:
+        message, advice = "there is a header but no row of numbers below it", "Export the raw data too"
+    else:
+        message = f"the names are not understood as those of the {width} columns of numbers that begin in line {row}"
+        advice = (
+            "Say of each column by its number what it is, and its unit, for example --columns time=1 --columns displacement=2 "
+            "--columns force=3 --units time=s --units displacement=mm --units force=N; or write names such as "
+            f'{EXAMPLE["time"]}", "{EXAMPLE["displacement"]}", "{EXAMPLE["force"]}", "{EXAMPLE["capacitance"]}"'
+        )
+    return Fault(message, sheet.text.path, sheet.header_line, advice=advice)
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:

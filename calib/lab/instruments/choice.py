@@ -9,18 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.brackets import words_in
 from calib.lab.instruments.circuit import circuit_beside_unit, names_parallel, said_circuit
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lexicon import OF_TESTERS, STEP_TIMES
+from calib.lab.instruments.lexicon import MOVING, OF_TESTERS, PRESSING, STEP_TIMES
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.passed_by import tells_how_measured
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
-from calib.lab.instruments.rivals import goes_back, holds_clock, readings, stands_still
+from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
-from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of
+from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import (
     EXAMPLE,
     NEEDS_UNIT,
@@ -466,7 +467,7 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
 
 
 def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[int, str], faults: list[Fault]) -> list[str]:
-    """The note on a column not understood with a unit of a quantity that is read; where that stands still, a choice."""
+    """The note on a column not understood with a unit of a quantity that is read; a choice where it may be meant instead."""
     unit = sheet.unit_written(index)
     for quantity in ("force", "displacement", "capacitance"):
         if not unit or is_mass(unit) or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
@@ -475,12 +476,17 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
         if quantity not in taken or taken[quantity] in sheet.assigned:
             return []
         own = taken[quantity]
-        one, other = readings([sheet.columns[own], sheet.columns[index]], [1.0, 1.0], sheet.declared_decimal)
-        if stands_still(one) and not stands_still(other):
+        units = [sheet.unit_written(own) or unit, unit]
+        factors = [lab_factor(u, quantity) if is_unit_of(u, quantity) else 1.0 for u in units]
+        one, other = readings([sheet.columns[i] for i in (own, index)], factors, sheet.declared_decimal)
+        still = stands_still(one) and not stands_still(other)
+        rival = quantity == "displacement" and _nearer_the_ball(sheet.names[own], sheet.names[index])
+        if still or (rival and moves_with(one, other) and difference(one, other)[0] == "different"):
             choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (index, own)), quantity)
+            own_does, other_does = ("stands still", "moves") if still else (f"is a {quantity}", "moves with it, but differs")
             faults.append(
                 Fault(
-                    f'"{sheet.names[own]}" stands still, and "{sheet.names[index]}", which is not understood, moves',
+                    f'"{sheet.names[own]}" {own_does}, and "{sheet.names[index]}", which is not understood, {other_does}',
                     sheet.text.path,
                     sheet.header_line or None,
                     index + 1,
@@ -490,6 +496,15 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
             )
         return [f'{quantity} is taken from "{sheet.names[own]}"; "{sheet.names[index]}", in {unit} too, is not understood']
     return []
+
+
+def _nearer_the_ball(own: str, other: str) -> bool:
+    """Whether another name speaks of what presses, or one of what moves it, which gives way itself, and the other does not."""
+    names = {"own": words_in(own), "other": words_in(other)}
+    pressing, moving = (
+        {key for key, of in names.items() if any(w.startswith(tuple(said)) for w in of)} for said in (PRESSING, MOVING)
+    )
+    return ("other" in pressing and "own" not in pressing) or moving == {"own"}
 
 
 # A share of a capacitance or a resistance, which no height makes a length: "ΔC/C0 (%)", "dR/R0", "Capacitance change (%)".

@@ -21,7 +21,7 @@ from calib.lab.instruments.circuit import impossible_loss, shows_deviations, unt
 from calib.lab.instruments.conventions import conventions
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
-from calib.lab.instruments.keys import remarks_on_scale, several_records
+from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
@@ -242,6 +242,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             for r in np.flatnonzero(np.isnan(sense.signs) & np.isnan(values["force"])).tolist():
                 _append(reasons, r, f'"{sheet.names[sense.index]}" does not say which sign the load has')
     faults += several_records(sheet, keyed, values)
+    notes += keys_in_turn(sheet, keyed) if not faults else ()
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}

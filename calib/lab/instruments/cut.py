@@ -13,6 +13,7 @@ from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -22,6 +23,7 @@ from calib.lab.instruments.header import (
     find_header,
     no_header,
     split_line,
+    without_comment_mark,
 )
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, is_other_header, n_named, not_read
@@ -94,6 +96,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if found is None:
         raise InputError(no_header(text))
     delimiter, header, names = found
+    names, named_above = _with_names_above(text, delimiter, header, names) if listed is None else (names, ())
     below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
     check_quotes(text, delimiter, header, text.lines[header : below.start])
     below, units_notes = _with_units_above(text, delimiter, header, names, below)
@@ -111,13 +114,15 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         assigned,
     )
     sheet = replace(sheet, set_aside=raw_counts(sheet))
-    above = (*_rows_above(sheet, reading), *units_notes, *again_notes)
+    above = (*_rows_above(sheet, reading), *units_notes, *again_notes, *named_above)
     if listed is not None:
         one = listed.first == listed.last
         where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"
         above = (*above, f"the names of the columns are those that {where} by number")
     elif names[0] == ROW_NAMES and len(names) == len(split_line(text.lines[header], delimiter)) + 1:
         above = (*above, f"rows have a cell more than line {header + 1}, the first: their names, as R and pandas write them")
+    elif (words := common_words(written := split_line(text.lines[header], delimiter)))[1] == names != written:
+        above = (*above, f'all names in line {header + 1} begin with "{words[0]}", which is passed by')
     elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     elif 2 * len(names) == len(split_line(text.lines[header], delimiter)):
@@ -144,6 +149,25 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
         beside=tuple(_beside(whole, names_at)),
     )
+
+
+def _with_names_above(text: LabText, delimiter: str, header: int, names: list[str]) -> tuple[list[str], tuple[str, ...]]:
+    """The names with those that stand in the line above alone, where names go over two lines, and notes on these."""
+    above = split_line(without_comment_mark(text.lines[header - 1], delimiter), delimiter) if header else []
+    if len(above) != len(names) or all(names):
+        return names, ()
+    there = {h.quantity for name in names if name and (h := understand(name)) is not None}
+    missing = {i: h for i, name in enumerate(names) if not name and above[i] and (h := understand(above[i])) is not None}
+    quantities = [heading.quantity for heading in missing.values()]
+    taken = {
+        i: above[i]
+        for i, heading in missing.items()
+        if heading.quantity not in there and quantities.count(heading.quantity) == 1
+    }
+    notes = tuple(
+        f'the name of column {i + 1}, "{name}", stands in line {header}, above those of the others' for i, name in taken.items()
+    )
+    return [taken.get(i, name) for i, name in enumerate(names)], notes
 
 
 def _with_units_above(

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from calib.errors import Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
@@ -86,7 +87,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     best: tuple[int, int, bool] = (0, 0, False)
     found: tuple[str, int, list[str]] | None = None
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
-        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or _width_of_row(written):
+        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or width_of_row(written):
             continue
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
@@ -99,6 +100,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
                 known = known or list(designated(tuple(cells), ("",) * len(cells)))
                 known = known or _known_by_units(text.lines, index, cells, delimiter)
+                if not known and (behind := common_words(cells)[1]):
+                    cells, known = behind, [i for i, c in enumerate(behind) if c and understand(c) is not None]
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2
@@ -174,8 +177,12 @@ def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter:
     return len(names) == len(cells) and all(name and not is_numeric(name) for name in names)
 
 
-def _width_of_row(line: str) -> int:
-    """How many cells a line of numbers or times, with exponents or NaN, has between some delimiter; 0 of any other line."""
+def width_of_row(line: str) -> int:
+    """How many cells a line of numbers or times, with exponents or NaN, has between some delimiter; 0 of any other line.
+
+    >>> width_of_row("0.1,0.0004,12:00:01"), width_of_row("Time,Force")
+    (3, 0)
+    """
     for delimiter in DELIMITERS:
         cells = [c for c in split_line(line, delimiter) if c]
         if len(cells) > 1 and _is_reading(cells[0]) and all(_is_reading(c) or is_missing(c) for c in cells):
@@ -359,7 +366,7 @@ def no_header(text: LabText) -> Fault:
             advice="Turn rows and columns, so that each quantity is a column with its name on top (in a spreadsheet: copy, "
             "paste special, transpose), and save the file again",
         )
-    replies, width = _reply_lines(text), _width_of_row(text.lines[first])
+    replies, width = _reply_lines(text), width_of_row(text.lines[first])
     if replies and not seen:
         return Fault(
             f"there is no header; the lines look like replies of {replies}, without a time and without the names of the values",

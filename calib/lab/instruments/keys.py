@@ -14,7 +14,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
-from calib.lab.instruments.lexicon import EVENTS, KEYS, OF_TESTERS, PHASES
+from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.small_tables import in_small_table
@@ -22,7 +22,7 @@ from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.together import is_spread
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.validity import compares
-from calib.lab.instruments.where import asked_name, listed_values
+from calib.lab.instruments.where import asked_name, filled_down, listed_values
 from models.sensor import FloatArray
 
 # A key has no more values than this; a column with more is a measurement, a counter or a remark.
@@ -76,7 +76,11 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         if is_spread(sheet.names[index]):
             continue
         named = _is_named_key(sheet, index)
-        swept = None if named else _list_codes(sheet.columns[index])
+        in_turn = None if named else _list_codes(sheet.columns[index])
+        if in_turn is not None and _names_in_turn(sheet, index) and not _counts_within(sheet.columns[index], values):
+            faults.append(_fault(sheet, index, f'column "{sheet.names[index]}" names several in turn, row by row'))
+            continue
+        swept = in_turn
         by = [q for q in _JUMPING if q in values and swept is not None and _goes_with(swept, values[q])]
         if by:
             what = by[0].removesuffix("_series")
@@ -84,11 +88,13 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
                 _fault(sheet, index, f'column "{sheet.names[index]}" changes from row to row, and the {what} with it')
             )
             continue
-        codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
+        cells = filled_down(sheet.columns[index])
+        codes = _codes(cells, _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
         counting = _counts_within(sheet.columns[index], values)
         phases = _is_of_phases(sheet, index)
+        named &= bool(sheet.columns[index][1])  # a name in first rows alone may be a remark on them
         parts = named or _parts(codes, values, phases=phases, counting=counting)
         if not parts and (phases or not _names_presses(sheet, index, codes, values)):
             continue
@@ -97,6 +103,29 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
             why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
     return faults
+
+
+def keys_in_turn(sheet: Sheet, used: Mapping[str, int]) -> list[str]:
+    """The notes on columns that are not read and run through a list again and again, row by row, though no reading shows it.
+
+    Parameters
+    ----------
+    sheet : the record, of which no column tells several apart.
+    used : quantity -> index of its column.
+    """
+    sheet = sheet.trusted()
+    notes = []
+    for index, column in enumerate(sheet.columns):
+        known = index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity
+        if known or _list_codes(column) is None:
+            continue
+        cells = [c.strip() for c in column]
+        choice = Choice("where", tuple(dict.fromkeys(c for c in cells if c)), asked_name(sheet, index))
+        notes.append(
+            f'column "{sheet.names[index] or index + 1}" runs through {listed_values(cells)} again and again, which no reading '
+            f"shows: all rows are read as one record; if they are of several, {choice}"
+        )
+    return notes
 
 
 # A column of remarks is empty in most rows, and says few things.
@@ -263,6 +292,12 @@ def _is_named_key(sheet: Sheet, index: int) -> bool:
     if not any(w in KEYS for w in parts) or sheet.unit_written(index):
         return False
     return all(not is_numeric(c) or _WHOLE.fullmatch(c) for c in {c.strip() for c in sheet.columns[index]} if c)
+
+
+def _names_in_turn(sheet: Sheet, index: int) -> bool:
+    """Whether a column that runs through a list row by row is one of channels or specimens by its name."""
+    parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
+    return bool(parts & KEYS_IN_TURN) and not sheet.unit_written(index)
 
 
 def _is_of_phases(sheet: Sheet, index: int) -> bool:

@@ -231,6 +231,14 @@ REMARKS = QUALIFIERS | _set(
 )
 #: What measures a place, and may stand beside it in a name: `displacement crosshead`, `LVDT displacement`.
 SENSORS = _set("crosshead lvdt dvrt extensometer encoder laser traverse")
+#: What presses, and what moves it and gives way itself, as they begin words of a name: `Ball travel`, `Kugelweg`, `Stage z`.
+PRESSING = _set(
+    "ball kugel bille bola sfera kulka probe indenter indentor tip tool punch sphere plunger eindring stempel 球 压头 圧子 압자"
+)
+MOVING = _set(
+    "stage stroke crosshead traverse traversen ram piston kolben actuator aktor aktuator motor machine maschine maschinen hub "
+    "course vérin"
+)
 #: Words before the number of a channel of an amplifier or a board: `ch1`, `AI 1`.
 CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang 通道 채널")
 #: Who makes load cells, displacement sensors and meters: `Kistler 9207 [N]`.
@@ -256,6 +264,11 @@ KEYS = _set(
     "electrode elektrode électrode pad taxel pixel cell unit replicate repeat experiment indent indentation site location "
     "punkt messpunkt point freq frequency frequenz fréquence frecuencia frequenza częstotliwość 频率 周波数 주파수 "
     "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
+)
+#: Words that do so where the values change from row to row, and stand in turn.
+KEYS_IN_TURN = _set(
+    "id ids ident serial seriennummer sn node knoten nœud nodo input eingang entrée entrada ingresso pin slave module modul "
+    "board address addr adresse gain nr no number nummer label name position"
 )
 #: Words of which one begins or ends a name without blanks that says so: 最大荷重, 目标位移.
 WITHOUT_BLANKS = frozenset(w for w in STATISTIC | COMMANDED if not w.isascii() and w[0] > "\u2e80")

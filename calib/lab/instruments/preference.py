@@ -388,9 +388,11 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
             unread[index] = f'worked on after the measurement: "{name}" is preferred{why}'
             notes.append(f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}"{why}')
         elif word in ("zero", "sign") and _may_differ_by_zero(quantity, best.heading, heading):
-            unread[index] = f'the same readings as "{name}" but for their {word}: "{name}" is preferred'
+            more = f", and by {100 * share:.1g} % of their span" if share > _CONSTANT else ""
+            unread[index] = f'the same readings as "{name}" but for their {word}{more}: "{name}" is preferred'
             notes.append(
-                f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}", which differs by its {word}'
+                f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}", which differs by its '
+                f"{word}{more}"
             )
         elif numbered:
             unread[index] = f'another {in_words(quantity)} column: "{name}" is preferred'

@@ -15,6 +15,8 @@ from models.sensor import FloatArray
 _SEEN = 4000
 # Two columns agree to this share of their span: what instruments round to.
 _SHARE = 0.01
+# Two columns may be one quantity, measured twice, where spans differ by no more than this factor and readings go together.
+_AS_MUCH, _TOGETHER, _FEWEST_TOGETHER = 2.0, 0.95, 5
 
 
 def readings(columns: Sequence[Sequence[str]], factors: Sequence[float], decimal: str = "") -> list[FloatArray]:
@@ -66,8 +68,8 @@ def difference(one: FloatArray, other: FloatArray) -> tuple[str, float]:
     if np.count_nonzero(both) < 2:
         return "different", 1.0
     a, b = one[both], other[both]
-    span = float(np.ptp(a))
-    size = max(span, _SHARE * float(np.max(np.abs(a))))
+    # Not the largest reading: a position of 240 mm that moves by 1 mm is compared by what it moves by.
+    size = float(np.ptp(a))
     if size == 0.0:
         return ("same", 0.0) if np.array_equal(a, b) else ("different", 1.0)
 
@@ -78,10 +80,32 @@ def difference(one: FloatArray, other: FloatArray) -> tuple[str, float]:
     if plain <= _SHARE:
         return "same", plain
     for word, residual in (("zero", a - b), ("sign", a + b)):
-        rest = left(residual - np.median(residual))
+        # A zero in the middle would leave half of what two scales differ by.
+        rest = max(left(residual - np.median(residual)), abs(_slope(a, residual)))
         if rest <= _SHARE:
             return word, rest
     return "different", plain
+
+
+def _slope(a: FloatArray, b: FloatArray) -> float:
+    """By how much readings go up with those of another column, which do not stand still."""
+    off = a - np.mean(a)
+    return float(off @ b / (off @ off))
+
+
+def moves_with(one: FloatArray, other: FloatArray) -> bool:
+    """Whether a column goes up or down with another by about as much, so that both may be one quantity, measured twice.
+
+    Parameters
+    ----------
+    one, other : readings in SI, (n_row,).
+    """
+    both = np.isfinite(one) & np.isfinite(other)
+    a, b = one[both], other[both]
+    if a.size < _FEWEST_TOGETHER or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return False
+    as_much = 1 / _AS_MUCH <= float(np.ptp(b) / np.ptp(a)) <= _AS_MUCH
+    return as_much and abs(float(np.corrcoef(a, b)[0, 1])) > _TOGETHER
 
 
 def but_for_zero(one: FloatArray, other: FloatArray) -> float:

@@ -26,8 +26,8 @@ _MODIFIED = (55_000.0, 65_000.0)
 # No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
 _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _DAY = 86_400.0
-# What .NET counts since the year 1, and how many there are of it in the years 2010 to 2036.
-TICK, _TICKS = "100 ns", (6.339e17, 6.424e17)
+# What .NET counts since the year 1 and Windows since 1601 (FILETIME), and how many there are of it in the years 2010 to 2036.
+TICK, _TICKS = "100 ns", {"the year 1": (6.339e17, 6.424e17), "1601 (FILETIME)": (1.29e17, 1.373e17)}
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
@@ -149,12 +149,12 @@ def time_faults(
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
     # Of a unit of days, said or written, the days of a calendar are what else they would be.
     said_days = factor == _DAY and any(low < number < high for low, high in (*_DAYS, _MODIFIED))
-    said_ticks = reading.units.get("time") is not None and factor == 1e-7 and _TICKS[0] < number < _TICKS[1]
+    said_ticks = reading.units.get("time") is not None and factor == 1e-7 and _begin_of_ticks(number)
     if largest > _EPOCH[1] and not said_days and not said_ticks:
         words = f'"{written}" would be {start:.4g} s, in no century of ours'
         unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
-        if _TICKS[0] < number < _TICKS[1]:
-            ticks = f'If they are ticks of 100 ns since the year 1, say so: --units "time={TICK}"'
+        if begin := _begin_of_ticks(number):
+            ticks = f'If they are ticks of 100 ns since {begin}, say so: --units "time={TICK}"'
             return fault(0, words, f"{ticks}, {WITHOUT}")
         return fault(
             0,
@@ -182,14 +182,21 @@ def time_faults(
     return []
 
 
+def _begin_of_ticks(number: float) -> str:
+    """Since when so many ticks of 100 ns are a time of our days; "" if since no year from which they are counted."""
+    return next((begin for begin, (low, high) in _TICKS.items() if low < number < high), "")
+
+
 def unit_of_numbers(number: float) -> str:
     """The unit in which a number is a time of our days, since 1970 or in the days of a calendar; "" if it is none.
 
     >>> unit_of_numbers(1.7952e18), unit_of_numbers(740305.6), unit_of_numbers(2460371.5), unit_of_numbers(12.5)
     ('ns', 'day', 'day', '')
+    >>> unit_of_numbers(6.38e17), unit_of_numbers(1.3418e17), unit_of_numbers(5e17)
+    ('100 ns', '100 ns', '')
     """
     since_1970 = next((unit for unit, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "")
-    if _TICKS[0] < number < _TICKS[1]:
+    if _begin_of_ticks(number):
         return TICK
     return since_1970 or ("day" if any(low < number < high for low, high in _DAYS) else "")
 

@@ -353,6 +353,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if capacity:
         found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)
         return replace(found, index=found.index or capacity.lower()) if isinstance(found, Heading) else found
+    if (in_both := _in_two_languages(outside, brackets, unit_below)) is not None:
+        return in_both
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
@@ -369,6 +371,27 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+# A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.
+_EASTERN = r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3]+"
+_TWO_LANGUAGES = re.compile(
+    rf"(?P<first>{_EASTERN}|[A-Za-z][A-Za-z .]*?)[\s_/:-]*(?P<second>{_EASTERN}|[A-Za-z][A-Za-z .]*)"
+    r"(?P<tail>[,/_]\s?[^\W\d_]+)?"
+)
+
+
+def _in_two_languages(outside: str, brackets: Sequence[str], unit_below: str) -> Heading | None:
+    """What a name is that stands there twice, in letters of the East and in Latin ones: "时间 Time", "Load荷重"; else None."""
+    match = None if outside.isascii() else _TWO_LANGUAGES.fullmatch(outside)
+    if match is None or match["first"].isascii() == match["second"].isascii():
+        return None
+    behind = " ".join(f"({b})" for b in (*brackets, (match["tail"] or "").strip(" ,/_")) if b)
+    one, other = (understand(f"{match[part]} {behind}".strip(), unit_below) for part in ("first", "second"))
+    alike = one is not None and other is not None and (one.quantity, one.index) == (other.quantity, other.index)
+    if one is None or other is None or not alike:
+        return None
+    return min(one, other, key=lambda heading: (not heading.processed, bool(heading.letter), heading.rank))
 
 
 def _is_symbol(tail: str, quantity: str, units: Sequence[str]) -> bool:

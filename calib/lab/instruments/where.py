@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import compress, islice
+from itertools import compress, islice, pairwise
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
                 )
             )
             continue
-        cells = [c.strip() for c in sheet.columns[column]]
+        cells = filled_down(sheet.columns[column])
         exact = {cell for cell in set(cells) if cell == value.strip()}
         holding = exact or {cell for cell in set(cells) if _is_the_same(cell, value.strip(), marks)}
         here = np.array([cell in holding for cell in cells], dtype=bool)
@@ -154,6 +154,24 @@ def column_called(sheet: Sheet, wanted: str) -> int | None:
     )
     found = next((way for way in ways if way), [])
     return found[0] if len(found) == 1 else None
+
+
+# A name that stands in the first row of each record only, as in joined cells of a workbook, stands in no more rows than this.
+_IN_FIRST_ROWS = 0.1
+
+
+def filled_down(cells: Sequence[str]) -> list[str]:
+    """The cells of a column without blanks around them; names that stand in the first row of each record only in all its rows.
+
+    >>> filled_down(["A", *[""] * 20, "B", *[""] * 20])[19:23]
+    ['A', 'A', 'B', 'B']
+    """
+    tidy = [c.strip() for c in cells]
+    rows = [r for r, c in enumerate(tidy) if c]
+    apart = rows[:1] == [0] and len(rows) <= _IN_FIRST_ROWS * len(tidy) and all(b - a >= _FEWEST for a, b in pairwise(rows))
+    if not apart or len({tidy[r] for r in rows}) < 2:
+        return tidy
+    return [tidy[a] for a, b in pairwise([*rows, len(tidy)]) for _ in range(a, b)]
 
 
 def asked_name(sheet: Sheet, column: int) -> str:

@@ -131,6 +131,63 @@ def test_a_column_that_is_not_understood_but_in_the_unit_of_one_that_is_read_is_
     assert "stands still" in str(refused(tmp_path, still))
 
 
+@pytest.mark.parametrize("unit", ["mm", "um"])
+@pytest.mark.parametrize(
+    ("moves", "presses"),
+    [
+        ("Stage z", "Ball displacement"),
+        ("Stroke", "Ball travel"),
+        ("Crosshead", "Tip movement"),
+        ("Traversenweg", "Kugelweg"),
+        ("Stage z", "Blork"),
+        ("Displacement", "Probe movement"),
+    ],
+)
+def test_a_column_of_what_presses_beside_one_of_what_moves_it_is_a_choice(
+    tmp_path: Path, moves: str, presses: str, unit: str
+) -> None:
+    ball = cells((DEPTH - 0.012 * FORCE) * (1.0 if unit == "mm" else 1000.0))
+    columns = [TESTER[0], (f"{moves} (mm)", cells(40.0 - DEPTH)), (f"{presses} ({unit})", ball), TESTER[2]]
+    said = str(refused(tmp_path, columns))
+    assert f"displacement={presses} ({unit})" in said
+    assert f"displacement={moves} (mm)" in said
+    table = read(tmp_path, columns, columns={"displacement": f"{presses} ({unit})"})
+    assert table.sources["displacement"] == f"{presses} ({unit})"
+
+
+@pytest.mark.parametrize(
+    ("name", "of_depth"),
+    [
+        ("Ball travel (mm)", DEPTH),  # the same readings
+        ("Ball diameter (mm)", np.full(N, 4.0)),
+        ("Ball run-out (mm)", 0.002 * np.sin(np.arange(N) * 1.7)),
+        ("Feedback (mm)", 1.1 * DEPTH),  # says nothing of the ball
+    ],
+)
+def test_a_column_of_the_ball_that_does_not_move_otherwise_is_no_choice(tmp_path: Path, name: str, of_depth: Any) -> None:
+    table = read(tmp_path, [*TESTER, (name, cells(of_depth))])
+    assert table.sources["displacement"] == TESTER[1][0]
+
+
+@pytest.mark.parametrize("scale", [1.02, 1.035, 1.04, 0.97])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("zero", [0.0, 1.0, 240.2, 1e5])
+def test_two_columns_of_one_quantity_whose_scales_differ_are_a_choice_wherever_their_zeros_are(
+    tmp_path: Path, scale: float, sign: float, zero: float
+) -> None:
+    depth = ("Indentation (mm)", cells(DEPTH))
+    crosshead = ("Crosshead position (mm)", cells(zero + sign * scale * DEPTH))
+    said = str(refused(tmp_path, [TESTER[0], crosshead, depth, TESTER[2]]))
+    assert "2 columns may be the displacement, and they differ" in said
+
+
+@pytest.mark.parametrize(("scale", "said"), [(1.0, "differs by its sign"), (1.006, "differs by its sign, and by 0.6 % of")])
+def test_a_column_that_mirrors_another_is_told_with_what_else_it_differs_by(tmp_path: Path, scale: float, said: str) -> None:
+    crosshead = ("Crosshead position (mm)", cells(240.0 - scale * DEPTH))
+    table = read(tmp_path, [TESTER[0], crosshead, ("Indentation (mm)", cells(DEPTH)), TESTER[2]])
+    assert any(said in note for note in table.notes)
+
+
 # ------------------------------------------------------------------------------------------------------------- brackets
 
 

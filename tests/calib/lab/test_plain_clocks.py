@@ -197,6 +197,18 @@ def test_ticks_since_the_year_1_are_told_with_the_unit_that_reads_them(tmp_path:
     np.testing.assert_allclose(np.diff(time), 0.2, atol=3e-5)
 
 
+@pytest.mark.parametrize("name", ["FILETIME (100 ns)", "FILETIME", "Stamp"])
+def test_ticks_of_windows_since_1601_are_told_with_the_unit_that_reads_them(tmp_path: Path, name: str) -> None:
+    def cell(i: int) -> str:
+        return f"{134_177_500_000_000_000 + 2_000_000 * i}"
+
+    note = next(n for n in record(tmp_path, name, cell).notes if n.startswith("no time is read"))
+    assert note.endswith('--units "time=100 ns"')
+    with pytest.raises(InputError, match="100 ns since 1601"):
+        record(tmp_path, "Time", cell, {"time": "s"})
+    np.testing.assert_allclose(np.diff(record(tmp_path, "Time", cell, {"time": "100 ns"}).columns["time"]), 0.2, atol=3e-5)
+
+
 # --------------------------------------------------------------------------------------------------------- parts in columns
 
 

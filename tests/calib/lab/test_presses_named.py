@@ -132,3 +132,55 @@ def test_a_jump_is_told_with_the_column_that_changes_there(tmp_path: Path) -> No
     told = [note for note in read_lab_file(path).notes if "readings jump by" in note]
     assert told
     assert 'what column "Guard (V)" shows, which changes there from "0.016" to "0.518"' in told[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "listed"),
+    [
+        ("id", ["1", "2", "3"]),
+        ("Serial", ["SN001", "SN002"]),
+        ("Node", ["A", "B"]),
+        ("Input", ["1", "2"]),
+        ("Pin", ["A0", "A1"]),
+        ("Nr.", ["1", "2", "3", "4"]),
+    ],
+)
+def test_sensors_in_turn_that_read_alike_are_asked_about(tmp_path: Path, name: str, listed: list[str]) -> None:
+    path = swept(tmp_path, name, listed, 0.0)
+    with pytest.raises(InputError, match=r"may belong to several records.* in turn, row by row") as error:
+        read_lab_file(path)
+    choice = error.value.faults[0].choice
+    assert choice is not None
+    assert choice.option == "where"
+    assert len(read_lab_file(path, Reading(where={choice.key: listed[0]})).lines) == 600 // len(listed)
+
+
+@pytest.mark.parametrize(
+    ("name", "listed"), [("Blork", ["1", "2", "3"]), ("heartbeat", ["0", "1"]), ("Flip", ["tick", "tock"])]
+)
+def test_a_list_of_another_name_that_no_reading_shows_is_told(tmp_path: Path, name: str, listed: list[str]) -> None:
+    table = read_lab_file(swept(tmp_path, name, listed, 0.0))
+    assert not any(table.reasons)
+    assert any(f'"{name}" runs through' in note and f"--where {name}={listed[0]}" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["Specimen", "Muster", "PDMS"])
+@pytest.mark.parametrize("timed", [True, False])
+def test_a_name_in_the_first_row_of_each_press_only_is_that_of_all_its_rows(tmp_path: Path, name: str, timed: bool) -> None:
+    joined = [("AB"[k // N] if k % N == 0 else "") for k in range(2 * N)]
+    path = written(tmp_path, name, joined, timed=timed)
+    with pytest.raises(InputError, match="may belong to several records") as error:
+        read_lab_file(path)
+    choice = error.value.faults[0].choice
+    assert choice is not None
+    table = read_lab_file(path, Reading(where={choice.key: "B"}))
+    assert table.lines.tolist() == list(range(N + 2, 2 * N + 2))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("Test", {0: "started", HALF: "reversal"}), ("Point", {0: "1", 20: "2", 70: "3"}), ("Remark", {0: "A", 35: "B"})],
+)
+def test_a_word_in_some_rows_of_one_press_parts_no_record(tmp_path: Path, name: str, said: dict[int, str]) -> None:
+    table = read(tmp_path, name, [said.get(k, "") for k in range(N)])
+    assert not any(table.reasons)

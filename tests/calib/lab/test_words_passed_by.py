@@ -9,6 +9,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.vocabulary import understand
 
 N = 60
 TIME = np.arange(N) * 0.1
@@ -205,3 +206,106 @@ def test_of_a_force_and_a_capacitance_with_a_time_each_the_advice_leads_on(tmp_p
     assert "capacitance=none" not in str(refused.value)
     table = read_lab_file(path, Reading(columns={"time": "1"}))
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+def written(tmp_path: Path, header: str, encoding: str = "utf-8") -> Path:
+    path = tmp_path / "lab.csv"
+    rows = [f"{TIME[k]:.1f},{DEPTH[k]:.4f},{FORCE[k]:.4f}" for k in range(N)]
+    path.write_text("\n".join([header, *rows]) + "\n", encoding=encoding)
+    return path
+
+
+def assert_press(table: LabTable) -> None:
+    assert np.allclose(table.columns["time"], TIME, atol=1e-9)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("words", "apart"),
+    [
+        ("Rig1", " "),
+        ("E30-1", " "),
+        ("Run #3", " "),
+        ("UTM", ": "),
+        ("Probe7", "_"),
+        ("Lauf 2", " "),
+        ("myDAQ", "/"),
+        ("Quux7 blork", " - "),
+    ],
+)
+@pytest.mark.parametrize("names", [("Time (s)", "Displacement (mm)", "Force (N)"), ("Zeit [s]", "Weg [mm]", "Kraft [N]")])
+def test_words_before_all_names_that_say_nothing_of_readings_are_passed_by(
+    tmp_path: Path, words: str, apart: str, names: tuple[str, ...]
+) -> None:
+    table = read_lab_file(written(tmp_path, ",".join(f"{words}{apart}{name}" for name in names)))
+    assert_press(table)
+    assert any(f'begin with "{words}", which is passed by' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("words", ["Max", "Target", "Simulated", "x10", "Delta", "Filtered", "Left", "log", "d", "Reference"])
+def test_words_before_all_names_that_change_them_are_not_passed_by(tmp_path: Path, words: str) -> None:
+    header = ",".join(f"{words} {name}" for name in ("Time (s)", "Displacement (mm)", "Force (N)"))
+    try:
+        table = read_lab_file(written(tmp_path, header))
+    except InputError:
+        return
+    assert not any("which is passed by" in note for note in table.notes)
+
+
+def test_of_names_that_are_not_understood_above_rows_of_numbers_it_is_said_what_leads_on(tmp_path: Path) -> None:
+    path = written(tmp_path, "XX Time(s),YY Displacement(mm),ZZ Force(N)")
+    with pytest.raises(InputError, match="names are not understood as those of the 3 columns") as error:
+        read_lab_file(path)
+    assert "--columns time=1" in str(error.value)
+    said = Reading(
+        columns={"time": "1", "displacement": "2", "force": "3"}, units={"time": "s", "displacement": "mm", "force": "N"}
+    )
+    assert_press(read_lab_file(path, said))
+
+
+@pytest.mark.parametrize(
+    ("header", "encodings"),
+    [
+        ("时间 Time(s),位移 Displacement(mm),力 Force(N)", ("utf-8", "gb18030")),
+        ("时间Time(s),位移Displacement(mm),力Force(N)", ("utf-8", "gb18030")),
+        ("時間 Time(s),変位 Disp(mm),荷重 Load(N)", ("utf-8", "cp932")),
+        ("Time 時間(s),Stroke ストローク(mm),Load 荷重(N)", ("utf-8", "cp932")),
+        ("시간 Time(s),변위 Disp(mm),하중 Load(N)", ("utf-8", "cp949")),
+        ("時間 Time(s),位移 Displacement(mm),力 Force(N)", ("utf-8", "cp950")),
+    ],
+)
+def test_names_in_a_language_of_the_east_and_in_english_are_read_in_all_encodings(
+    tmp_path: Path, header: str, encodings: tuple[str, ...]
+) -> None:
+    for encoding in encodings:
+        assert_press(read_lab_file(written(tmp_path, header, encoding)))
+
+
+@pytest.mark.parametrize("name", ["最大 Force (N)", "目标 Force (N)", "温度 Force (N)", "时间 Force (N)", "力 max Force (N)"])
+def test_a_name_of_which_the_other_language_says_something_else_is_none(name: str) -> None:
+    assert understand(name) is None
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time,Compressive,Compressive\n,extension,load\n(s),(mm),(N)",
+        "Zeit,Maschine,Messdose\n,Weg,Kraft\ns,mm,N",
+        "Time (s),Instron,Instron\n,Extension (mm),Load (N)",
+    ],
+)
+def test_a_name_that_stands_in_the_line_above_the_others_alone_is_taken_with_a_note(tmp_path: Path, header: str) -> None:
+    table = read_lab_file(written(tmp_path, header))
+    assert_press(table)
+    assert any("above those of the others" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Specimen,Instron,Instron\n,Extension (mm),Load (N)", "Force,,\n,Extension (mm),Load (N)", ",,\n,Extension (mm),Load (N)"],
+)
+def test_a_title_above_a_column_without_a_name_is_no_name_of_it(tmp_path: Path, header: str) -> None:
+    table = read_lab_file(written(tmp_path, header))
+    assert set(table.columns) == {"displacement", "force"}
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
