@@ -260,7 +260,12 @@ def sticky(touch: float, pull: float, zero: float, rows: int, hold: int = 0) -> 
     sticks = np.where((np.arange(rows) >= up + hold) & (share < 0.55), pull * np.exp(-(((share - 0.02) / 0.16) ** 2)), 0.0)
     noise = 0.003 * np.random.default_rng(rows).normal(size=rows)
     force = np.round(press - sticks + zero + noise, 4)
-    return {"time": 0.1 * np.arange(rows), "displacement": way * 1e-3, "force": force, "capacitance": (97 + press) * 1e-12}
+    return {
+        "time": 0.1 * np.arange(rows, dtype=np.float64),
+        "displacement": way * 1e-3,
+        "force": force,
+        "capacitance": (97 + press) * 1e-12,
+    }
 
 
 STICKS = {
