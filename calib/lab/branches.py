@@ -15,8 +15,8 @@ from calib.lab.signal import reading_noise, reversals
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
-# How far the force has risen, as a share of its range, where contact is taken to begin.
-_TOUCHED = 0.05
+# How far the force has risen, as a share of its range, where contact is taken to begin; and where a record begins pressed.
+_TOUCHED, _PRESSED = 0.05, 0.2
 # Travel, as a share of that over which the force changes, from which on a crosshead does not stand still.
 _STANDS = 0.05
 # A press before the first that reaches half of the largest is one of a growing series if it reaches such a share of the next in
@@ -64,7 +64,8 @@ def label_branches(
     # From the start, not from the lowest: a ball may be withdrawn further than it is pressed. Unless the record starts pressed.
     base = float(smooth[0]) if top - smooth[0] >= 0.1 * span else float(np.min(smooth))
     if force is not None:
-        base = max(base, _touch(smooth, force))
+        touch, pressed = _touch(smooth, force)
+        base = touch if pressed else max(base, touch)
     parts = list(pairwise(turns))
     opening = [bool(smooth[b] > smooth[a] and smooth[b] - base >= 0.5 * (top - base)) for a, b in parts]
     if force is not None:
@@ -88,12 +89,13 @@ def label_branches(
     return labels, cycle, again
 
 
-def _touch(x: FloatArray, force: FloatArray) -> float:
-    """Displacement from which on the force has risen; the smallest where it does not rise beyond its noise."""
+def _touch(x: FloatArray, force: FloatArray) -> tuple[float, bool]:
+    """Displacement from which on the force has risen, or the smallest if noise hides that; whether it has in the first row."""
     rise = _rise(x, calm(force))
     top = float(np.max(rise))
-    beyond = x[rise > max(_TOUCHED * top, 6 * reading_noise(force))]
-    return float(np.min(beyond)) if beyond.size else float(np.min(x))
+    noise = 6 * reading_noise(force)
+    beyond = x[rise > max(_TOUCHED * top, noise)]
+    return float(np.min(beyond)) if beyond.size else float(np.min(x)), bool(rise[0] > max(_PRESSED * top, noise))
 
 
 def _rise(x: FloatArray, force: FloatArray) -> FloatArray:

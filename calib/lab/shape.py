@@ -85,6 +85,7 @@ class Shape:
     share : change of the first stretch over that of the largest.
     once : whether one stretch alone counts.
     against : whether the channel changes otherwise on the way back than it did over the same places on the way there.
+    outdone : whether it changes twice as much on that way back, as under a ball that sticks; a drift is not taken off.
     """
 
     slope: float
@@ -104,6 +105,7 @@ class Shape:
     share: float
     once: bool
     against: bool
+    outdone: bool
 
 
 def calm(values: FloatArray) -> FloatArray:
@@ -252,6 +254,7 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
         share=abs(float(change[first])) / largest,
         once=len(counted) == 1,
         against=_goes_against_itself(parts, drift, largest, first),
+        outdone=_is_outdone(parts[first : first + 2]),
     )
 
 
@@ -294,6 +297,13 @@ def _goes_against_itself(parts: list[Stretch], drift: float, largest: float, fir
         if shows and small * large <= alike * large**2:
             return True
     return False
+
+
+def _is_outdone(pair: list[Stretch]) -> bool:
+    """Whether the second of two stretches changes at least twice as much as the first over the places of both."""
+    low, high = max(float(s.x[0]) for s in pair), min(float(s.x[-1]) for s in pair)
+    first, *second = (abs(float(np.diff(np.interp([low, high], s.x, s.y))[0])) for s in pair)
+    return bool(second) and first <= _HALF * second[0]
 
 
 def _without(s: Stretch, drift: float) -> FloatArray:

@@ -174,12 +174,10 @@ def _decide(
         if not set(SIGNED) <= set(said) and _ends_otherwise(x, y, press.slope):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said]))
         same = float(np.sign(press.slope))
-        beside = [
-            *of_end("force", x, y, press.first),
-            *of_capacitance(sensed["displacement"], "displacement", same),
-        ]
+        end = of_end("force", x, y, press.first)
+        sensed_by = of_capacitance(sensed["displacement"], "displacement", same)
         zero = of_zero(x, same)
-        decided = _together(table, press, steady(load), zero, beside, said)
+        decided = _together(table, press, steady(load), zero, end, sensed_by, said)
         factor = decided["force"].factor
         if not set(SIGNED) <= set(said) and press.once and _goes_as_a_drift(x, factor * y, press.first * factor):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said], _DRIFT_AND_PRESS))
@@ -256,22 +254,18 @@ def _together(
     press: Shape,
     load: FloatArray,
     zero: Sequence[Evidence],
-    beside: Sequence[Evidence],
+    end: Sequence[Evidence],
+    sensed: Sequence[Evidence],
     said: Mapping[str, float],
 ) -> dict[str, SignDecision]:
     """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other.
 
-    `zero` and `beside` are evidence on the sign of the force from the zero of the displacement, and from beyond its shape,
-    start and names.
+    `zero`, `end` and `sensed` are evidence on the sign of the force from the zero of the displacement, the last readings and a
+    capacitance.
     """
     same = float(np.sign(press.slope))
-    evidence = [
-        *of_shape("force", press, same),
-        *of_start("force", press),
-        *of_names(table, "force", 1.0),
-        *of_names(table, "displacement", same),
-        *beside,
-    ]
+    others = [*of_names(table, "force", 1.0), *of_names(table, "displacement", same), *sensed]
+    evidence = [*of_shape("force", press, same), *of_start("force", press), *others, *end]
     total = sum(e.weight for e in evidence)
     if said:
         factor = said.get("force", same * said.get("displacement", 0.0))
@@ -309,7 +303,10 @@ def _together(
     doubt |= press.once and opposed > _OPPOSED * (abs(total) + opposed)
     # A machine that starts to move bends the force as well: a retreat alone has to be seen to end out of contact, or be named.
     named = sum(e.weight * factor for e in evidence[3:])
-    doubt |= press.once and press.first * factor < 0 and evidence[0].weight * factor + max(named, 0.0) < _SEEN
+    doubt |= press.once and pressed and evidence[0].weight * factor + max(named, 0.0) < _SEEN
+    # A ball that sticks up to the end bends it, too, and what came before is flat beside that: only others tell that this is
+    # a press, and what came before a retreat.
+    doubt |= press.outdone and pressed and sum(e.weight * factor for e in others) < _SEEN
     # So does a place that is zero where the ball is deepest, unless force is seen to be flat, out of contact, at the other end.
     opposing = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
     evidence += opposing

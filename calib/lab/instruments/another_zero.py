@@ -15,6 +15,7 @@ from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.sticking import sticking, told_of_sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.zero_remarks import Remark, zero_remarks
@@ -66,6 +67,9 @@ def another_zero(
             continue
         left = values[quantity].copy()
         for last, row, back in blocks:
+            if quantity == "force" and sticking(values, range(row, back)):
+                told.notes.append(told_of_sticking(sheet, column.index, row, back))
+                continue
             rows = [r for r in range(row, back) if np.isfinite(left[r])]
             told.lost.setdefault(quantity, {}).update(dict.fromkeys(rows, _why_lost(sheet, column, last, row, _OFFSET)))
             left[row:back] = np.nan

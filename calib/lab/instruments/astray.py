@@ -12,6 +12,7 @@ from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import SMOOTH, last_step, noise_of
+from calib.lab.instruments.sticking import sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
 from models.sensor import FloatArray
@@ -149,7 +150,8 @@ def astray(values: Mapping[str, FloatArray]) -> list[Astray]:
     found: list[Astray] = []
     for _ in range(_PASSES):
         channels = {q: c for q, v in left.items() if (c := _channel(v)) is not None}
-        more = next((runs for q in channels if (runs := _of_channel(q, channels))), [])
+        runs_of = ([r for r in _of_channel(q, channels) if q != "force" or not sticking(left, r.rows)] for q in channels)
+        more = next((runs for runs in runs_of if runs), [])
         for run in more:
             left[run.quantity][list(run.rows)] = np.nan
         found += more

@@ -46,6 +46,7 @@ from calib.lab.instruments.size import implausible, no_press, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
+from calib.lab.instruments.sticking import sticking, told_of_sticking
 from calib.lab.instruments.subseconds import with_subseconds
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
@@ -266,7 +267,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
         for c in (c for c in columns if c.quantity in smooth and c.quantity != "displacement"):
             rounded |= {c: parts} if (parts := rounded_rows(smooth[c.quantity] / c.factor)) else {}
-        for quantity, rows in _alone(smooth, values.get("time"), rounded).items():
+        lone = _alone(smooth, values.get("time"), rounded)
+        for first, behind in sticking(smooth, lone.get("force", ()), apart=True):
+            notes.append(told_of_sticking(sheet, places["force"], first, behind))
+            lone["force"] = {r: near for r, near in lone["force"].items() if not first <= r < behind}
+        for quantity, rows in lone.items():
             column = next(c for c in columns if c.quantity == quantity)
             unit = unit_in_words(sheet, column.index, column.heading, reading)
             for r, near in rows.items():

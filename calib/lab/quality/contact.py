@@ -30,8 +30,14 @@ SHORT_START = 0.02
 LOAD_ZERO_REACH = 5.0
 
 
-def check_start(c: LoadingBranch) -> Grade:
-    """Does the record start well before contact, so that load zero and contact point can be seen in it?"""
+def check_start(obs: Observations, c: LoadingBranch) -> Grade:
+    """Does the record start well before contact, so that load zero and contact point can be seen in it?
+
+    Parameters
+    ----------
+    obs : the lab file.
+    c : the channel that is judged.
+    """
     n = int(np.sum(c.flat))
     travel = max(c.touch - float(c.x[0]), 0.0)
     share = travel / max(float(np.ptp(c.x)), 1e-300)
@@ -42,11 +48,23 @@ def check_start(c: LoadingBranch) -> Grade:
         light = c.name == "force" and first <= LIGHT_TOUCH
         if light:
             finding += f"; a light touch, {percent(first)} of the range, if the cell was balanced"
+        if (other := _cycle_from_further_out(obs, c)) is not None:
+            finding += f"; cycle {other} loads from further out"
+            advice = f"Use the cycle that begins out of contact, if one does: --cycles {other}. {advice}"
         return c.grade("start before contact", "warning" if light else "bad", travel, c.x_unit, finding, advice)
     level: Level = "warning" if share < SHORT_START or n < FEW_BEFORE else "good"
     shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
     finding = f"{c.name} is flat over the first {shown} ({n} readings, {percent(share)} of the branch)"
     return c.grade("start before contact", level, travel, c.x_unit, finding, advice)
+
+
+def _cycle_from_further_out(obs: Observations, c: LoadingBranch) -> int | None:
+    """The first cycle that is not used whose loading begins further out than that which is, by more than the travel of that."""
+    if obs.displacement is None or obs.use.branch == "unloading":
+        return None
+    out = float(np.min(c.x)) - float(np.ptp(c.x))
+    loads = (np.array(obs.branch, dtype=object) == "loading") & (obs.displacement < out) & ~np.isin(obs.cycle, obs.used_cycles)
+    return next((int(k) for k in obs.cycle[loads] if k > 0), None)
 
 
 def check_drift(obs: Observations, c: LoadingBranch) -> Grade | None:

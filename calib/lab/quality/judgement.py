@@ -52,7 +52,7 @@ def judge(
             continue  # all other numbers would be shares of noise
         grades += [check_size(c), check_resolution(c), check_clipping(obs, c)]
         grades += [check_early(obs, c), check_late(obs, c), check_turn(obs, c)]
-        grades += [check_start(c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
+        grades += [check_start(obs, c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
         if not any(v is not None and v.check == "resolution of displacement" for v in grades):
             grades.append(check_place(c))
         if c.name == "force":

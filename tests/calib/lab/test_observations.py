@@ -17,6 +17,7 @@ from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import observe, why_left_out
 from calib.lab.part import BEFORE
 from calib.lab.pressing import make_sweep
+from calib.lab.quality import judge
 from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
 from calib.lab.use import Use
@@ -177,6 +178,47 @@ def test_a_small_loading_after_the_pressing_is_no_cycle(tmp_path: Path) -> None:
     assert obs.n_cycle == 1
     assert "loading again in cycle 1" in obs.reason[750]
     assert obs.branch[750] == "loading"
+
+
+def _record(corners: Sequence[float], drift: float = 0.0, pull: float = 0.0) -> str:
+    """A ball that goes from corner to corner [mm] above a sensor whose surface is at 0.1 mm, 100 rows each way."""
+    x = np.interp(np.arange(100 * (len(corners) - 1) + 1), 100 * np.arange(len(corners)), corners)
+    sticks = np.where((np.gradient(x) < 0) & (x < 0.2) & (x > 0.05), pull, 0.0)
+    force = 4 * np.clip(x - 0.1, 0, None) ** 1.5 - sticks + drift * np.arange(x.size) / x.size
+    force += 1e-3 * np.random.default_rng(2).normal(size=x.size)
+    rows = "".join(f"{i * 0.1:.1f},{a:.5f},{f:.5f}\n" for i, (a, f) in enumerate(zip(x, force, strict=True)))
+    return "Time (s),Extension (mm),Load (N)\n" + rows
+
+
+@pytest.mark.parametrize("corners", [(0.685, 0.816, 0, 0.679, 0), (0.5, 0.8, 0, 0.5, 0), (0.7, 0.8, -0.5, 0.75, -0.5)])
+@pytest.mark.parametrize("pull", [0.0, 0.3])
+def test_a_press_behind_one_in_which_the_record_begins_is_a_cycle_and_advised(
+    tmp_path: Path, corners: tuple[float, ...], pull: float
+) -> None:
+    (tmp_path / "t.csv").write_text(_record(corners, pull=pull))
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert obs.n_cycle == 2
+    assert (obs.cycle[50], obs.cycle[250]) == (1, 2)
+    assert obs.reason[250] == "loading branch of cycle 2 (cycle 1 is used)"
+    assert any(v.check == "start before contact" and v.level == "bad" and "--cycles 2" in v.advice for v in judge(obs))
+    again = observe(read_lab_file(tmp_path / "t.csv"), Use(cycles=(2,)))
+    assert not any("--cycles" in v.advice for v in judge(again))
+
+
+@pytest.mark.parametrize(
+    ("corners", "drift"),
+    [
+        ((0.7, 0.8, 0, 0.3, 0), 0.0),
+        ((0, 0.8, -5, -0.5, -5), 0.0),
+        ((0, 0.8, -5, -0.5, -5), -0.4),
+        ((0.12, 0.8, -2, 0.2, -2), 0.2),
+    ],
+)
+def test_what_comes_back_to_less_than_half_is_no_cycle(tmp_path: Path, corners: tuple[float, ...], drift: float) -> None:
+    (tmp_path / "t.csv").write_text(_record(corners, drift))
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert obs.n_cycle == 1
+    assert "loading again in cycle 1" in obs.reason[250]
 
 
 def test_a_file_without_displacement_or_force_has_no_cycle_to_choose(tmp_path: Path) -> None:

@@ -251,6 +251,56 @@ def test_a_doubtful_sign_is_refused_and_the_advice_leads_out(record: Record, for
     np.testing.assert_array_equal(obs.force, true["force"])
 
 
+def sticky(touch: float, pull: float, zero: float, rows: int, hold: int = 0) -> dict[str, FloatArray]:
+    """A press of 1 N from contact on, or 0.85 mm before, of a ball that sticks by `pull` [N] where the record ends."""
+    up = rows // 2
+    way = np.concatenate([np.linspace(0, 0.85, up), np.full(hold, 0.85), np.linspace(0.85, 0, rows - up - hold)])
+    share = (way - touch) / (0.85 - touch)
+    press = np.maximum(share, 0.0) ** 1.5
+    sticks = np.where((np.arange(rows) >= up + hold) & (share < 0.55), pull * np.exp(-(((share - 0.02) / 0.16) ** 2)), 0.0)
+    noise = 0.003 * np.random.default_rng(rows).normal(size=rows)
+    force = np.round(press - sticks + zero + noise, 4)
+    return {
+        "time": 0.1 * np.arange(rows, dtype=np.float64),
+        "displacement": way * 1e-3,
+        "force": force,
+        "capacitance": (97 + press) * 1e-12,
+    }
+
+
+STICKS = {
+    "four presses and a load of no zero": sticky(0.02, 4.0, 6.0, 400, 80),
+    "four presses, in few rows": sticky(0.0, 4.0, -5.0, 16),
+    "seven presses, hardly out of contact": sticky(0.05, 7.0, 5.0, 60),
+    "twelve presses": sticky(0.05, 12.0, -5.0, 160),
+    "two presses": sticky(0.0, 2.0, 5.0, 30),
+    "twelve presses, in few rows": sticky(0.0, 12.0, 2.0, 16),
+}
+
+
+@pytest.mark.parametrize("true", STICKS.values(), ids=STICKS.keys())
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_ball_that_sticks_to_the_end_by_more_than_it_pressed_leaves_the_sign_in_doubt(
+    true: dict[str, FloatArray], force: int, displacement: int
+) -> None:
+    columns = {"time": true["time"], "force": force * true["force"], "displacement": displacement * true["displacement"] + 5e-3}
+    with pytest.raises(InputError, match="cannot be told which way compression is in force") as caught:
+        observe(table(columns))
+    assert '--sign "force=compression positive" if this is' in caught.value.faults[0].advice
+    assert (
+        observe(table(columns, {"force": f"compression {'positive' if force > 0 else 'negative'}"})).signs["force"].factor
+        == force
+    )
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_capacitance_settles_whether_a_small_change_before_a_large_one_is_a_retreat(force: int, displacement: int) -> None:
+    true = Record(corners=(0.8, 0.0, 0.8), zero=10.0, drift=0.04).columns
+    with pytest.raises(InputError, match="cannot be told which way compression is in force"):
+        seen(true, force, displacement)
+    assert seen(true, force, displacement, without=()).signs["force"].factor == force
+
+
 @pytest.mark.parametrize("force", [1, -1])
 @pytest.mark.parametrize("displacement", [1, -1])
 def test_one_stretch_that_softens_from_a_load_on_is_in_doubt(force: int, displacement: int) -> None:
