@@ -27,7 +27,7 @@ from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import counted_time, note_on_time
-from calib.lab.instruments.notation import Notation, decide_notation, mark_shown
+from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
@@ -178,6 +178,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         asked=reading.decimal,
         delimiter=sheet.delimiter,
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
+        apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -463,6 +464,11 @@ def _mark_beside(sheet: Sheet, read: Collection[int]) -> tuple[str, str]:
     marks = {i: mark for i, cells in enumerate(sheet.columns) if i not in read and (mark := mark_shown(cells[:_MARKS_SEEN]))}
     first = next(iter(marks), -1)
     return (marks[first], f'"{sheet.names[first]}"') if len({*marks.values()}) == 1 else ("", "")
+
+
+def _apart_beside(sheet: Sheet, read: Collection[int]) -> dict[str, str]:
+    """The marks that set thousands apart in columns that are not read, and the names of these."""
+    return marks_apart({name: sheet.columns[i] for i, name in enumerate(sheet.names) if name and i not in read})
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:
