@@ -25,12 +25,12 @@ from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
-from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
+from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -110,7 +110,7 @@ def _read_rows_asked(sheet: Sheet, family: InstrumentFamily, reason: str, readin
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read all rows of a sheet."""
-    clock = with_subseconds(with_minus_before(sheet))
+    clock = with_subseconds(with_plain_numbers(sheet))
     sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)

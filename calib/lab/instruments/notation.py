@@ -139,12 +139,12 @@ def decide_notation(
 
     A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
     leading zero, or before an exponent is decimal; a few cells with fewer digits among many with three may have been cut, and
-    show nothing. One mark followed by three digits ("1,250") shows nothing by itself: a
-    column of such cells has the decimal mark that the others show, if that is this one; whole numbers beside such cells
-        ("999", "1.000") tell by going on from one to the next. A mark that sets thousands apart in one column is no decimal
-    mark in     another that shows none. What then is open is the user's to say, or refused. Cells of a column that
-    contradict each other are refused; so is a column whose values below one have other than three decimals while     all
-    those above have exactly three: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966", "10,114").
+    show nothing. One mark followed by three digits ("1,250") shows nothing by itself: a column of such cells has the
+    decimal mark that the others show, if that is this one; whole numbers beside such cells ("999", "1.000") tell by going
+    on from one to the next. A mark that sets thousands apart in one column is no decimal mark in another that shows none.
+    What then is open is the user's to say, or refused. Cells of a column that contradict each other are refused; so is a
+    column whose values below one have other than three decimals while all those above have exactly three: a spreadsheet has
+    taken their decimal mark for a thousands mark ("0,9966", "10,114").
 
     Parameters
     ----------
