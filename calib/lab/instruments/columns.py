@@ -207,7 +207,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             paused = {r for first, behind in blocks for r in range(first, behind)}
             for r in np.flatnonzero(found.empty).tolist():
                 if r not in paused:
-                    _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
+                    cell = cells[column.quantity][r].strip()
+                    nothing = f"no number, {cell}" if cell[:1] == "#" else "empty cell"
+                    _append(reasons, r, f"{nothing}: {column.quantity.removesuffix('_series')}")
         values[column.quantity] = found.values
     places = {q: index for q, (index, _) in choice.chosen.items()}
     if "quality" in values:

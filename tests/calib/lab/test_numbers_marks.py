@@ -106,6 +106,24 @@ def test_a_mark_that_is_stripped_now_and_then_makes_rows_unusable_or_the_column(
     assert all("decimal mark" in table.reasons[i] for i in bad)
 
 
+@pytest.mark.parametrize("nines", ["-999", "999"])
+def test_nines_among_numbers_with_a_mark_are_told_as_what_they_may_be(tmp_path: Path, nines: str) -> None:
+    n = 200
+    force = [nines if i in (50, 51, 52, 120) else f"{0.1 + i * 0.0123:.4f}" for i in range(n)]
+    times, depth = [f"{i * 0.1:.1f}" for i in range(n)], [f"{i * 0.0131:.4f}" for i in range(n)]
+    table = read_lab_file(written(tmp_path, "Time (s),Depth (mm),Force (N)", times, depth, force, sep=","))
+    assert [i for i, reason in enumerate(table.reasons) if reason] == [50, 51, 52, 120]
+    assert "stands for no reading, or has lost its decimal mark" in table.reasons[50]
+
+
+@pytest.mark.parametrize("quantity", ["Cp (pF)", "Force (N)"])
+def test_units_that_a_number_is_off_by_are_named_of_their_own_quantity_alone(tmp_path: Path, quantity: str) -> None:
+    cells = [f"{(97.3 + 0.01 * i) * (4.4482216 if i == 20 else 1):.4f}" for i in range(N)]
+    table = read_lab_file(written(tmp_path, f"Time (s),Depth (mm),{quantity}", TIME, DEPTH, cells, sep=","))
+    assert table.reasons[20]
+    assert ("N and lbf" in table.reasons[20]) == (quantity == "Force (N)")
+
+
 @pytest.mark.parametrize("power", [-3, -2, -1, 1, 2, 3])
 @pytest.mark.parametrize("quantity", ["time", "displacement", "force", "capacitance"])
 def test_a_mark_moved_in_one_cell_of_a_smooth_signal_makes_its_row_unusable(tmp_path: Path, quantity: str, power: int) -> None:
