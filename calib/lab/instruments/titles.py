@@ -261,8 +261,13 @@ def _described(cells: Sequence[str], names: Sequence[str], below: Sequence[str])
     units = _units(below, names)
     if units is None or not len(cells) == len(names) == len(units) or not _comments(cells, names, units):
         return False
-    quantities = [(understand(cell), understand(name, unit)) for cell, name, unit in zip(cells, names, units, strict=True)]
-    return sum(one is not None and other is not None for one, other in quantities) > 1
+    told = [understand(cell) is not None for cell in cells]
+    return sum(told) > 1 and all(own or not cell.strip() or _is_meter(cell) for own, cell in zip(told, cells, strict=True))
+
+
+def _is_meter(cell: str) -> bool:
+    """Whether a cell says what a capacitance is measured with, and at which frequency: "LCR meter, 1 kHz"."""
+    return _METER.fullmatch(without_conditions(cell)[0].strip(" ,;@")) is not None
 
 
 def _fits(name: str, unit: str) -> bool | None:
@@ -333,8 +338,8 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
         renamed = own is not None and (above is None or own.quantity != above.quantity)
         if renamed or _is_reading(cell) or begins_with_unit(cell):
             return False
-        # A remark, or the instrument: "measured", "Instron 5943", "LCR meter, 1 kHz".
-        if _METER.fullmatch(without_conditions(cell)[0].strip(" ,;@")):
+        # A remark, or the instrument: "measured", "Instron 5943".
+        if _is_meter(cell):
             continue
         if unit_cell(f"({unit or '-'}) {cell}") is None and not all(instrument_words(cell.split())):
             return False

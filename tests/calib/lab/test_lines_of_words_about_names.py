@@ -65,6 +65,7 @@ def test_what_a_capacitance_is_measured_with_changes_no_name(tmp_path: Path, hea
     "above",
     [
         "Time,Position,Force\nt,F,x\ns,mm,N",
+        "t,z,F\ntime,displacement,stress\ns,mm,N",
         "t,z,F\nelapsed time,load cell,stage position\n(s),(mm),(N)",
         "t,z,F\nelapsed time,stage position,setpoint force\n(s),(mm),(N)",
         "t,z,F\nelapsed time,stage position,load cell (kN)\n(s),(mm),(N)",
