@@ -52,8 +52,8 @@ _IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
 # A symbol as TeX has it: "$C_p$", "$\\delta$", "$F_{\\mathrm{N}}$"; the Greek letters that stand for a length or a unit.
 _OF_TEX = re.compile(r"\$([^$]{1,40})\$")
 _GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
-# "timeMs", "displacementMm", "forceN": the units that end such names, in the case that joins them.
-_OF_JOINED = {unit.capitalize(): unit for unit in ("s", "ms", "us", "mm", "um", "nm", "N", "kN", "pF", "nF", "fF")}
+# "timeMs", "timeSec", "displacementMm", "forceN": the units that end such names, in the case that joins them.
+_OF_JOINED = {unit.capitalize(): unit for unit in ("s", "sec", "ms", "us", "mm", "um", "nm", "N", "kN", "pF", "nF", "fF")}
 _JOINED = re.compile(rf"(?P<name>[a-z]{{3,}})(?P<unit>{'|'.join(_OF_JOINED)})")
 # Since when the seconds of a clock count, behind its unit: "(s since 01.01.1904)".
 _SINCE = re.compile(r"(?<=[(\[])\s*(?P<unit>[^\W\d_]{1,12})\s+since\s+[^()\[\]]+?(?=\s*[)\]])", re.IGNORECASE)
