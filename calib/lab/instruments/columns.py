@@ -144,7 +144,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             without_unit.add(quantity)
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
-            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
+            though = f", though the file says {own}" if own != asked else ""
+            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked{though}')
         elif quantity not in reading.units:
             notes += [] if of_day else results_in_own_units(sheet, index, quantity, factor)
         elif not of_day and (against := words_against(sheet, index, quantity, factor)):

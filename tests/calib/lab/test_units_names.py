@@ -669,3 +669,11 @@ def test_a_plain_factor_behind_brackets_is_one(name: str) -> None:
 def test_a_number_of_a_channel_a_reach_or_a_frequency_is_no_factor(name: str) -> None:
     found = understand(name)
     assert found is None or not found.unit_doubt
+
+
+def test_a_unit_that_is_asked_for_as_the_file_has_it_is_no_other(tmp_path: Path) -> None:
+    notes = read(tmp_path, "Time (0.1 s),Depth (mm),Force (N)", T, D, F, units={"time": "0.1 s"}).notes
+    assert any("is read in 0.1 s as asked" in note for note in notes)
+    assert not any("though the file says" in note for note in notes)
+    notes = read(tmp_path, "Time (0.1 s),Depth (mm),Force (N)", T, D, F, units={"time": "s"}).notes
+    assert any("is read in s as asked, though the file says 0.1 s" in note for note in notes)
