@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from calib.errors import Fault
 from calib.lab.instruments import QUANTITIES
 from calib.lab.observations import Observations, why_left_out
 
-_EMPTY = "empty cell: "
+# The reason of a row without a number, and the quantity that has none.
+_EMPTY = re.compile(r"(?:empty cell|no number, [^;:]*): (?P<quantity>[^;]*)")
 
 
 def nothing_used(obs: Observations) -> Fault:
@@ -57,8 +60,9 @@ def _of_rows_in_turn(obs: Observations) -> str:
 
 def _of_empty_cells(obs: Observations, reasons: list[str]) -> str:
     """What to do where a column has no reading in rows that the others have one in."""
-    empty = [reason.removeprefix(_EMPTY) for reason in reasons if reason.startswith(_EMPTY)]
-    if len(empty) != len(reasons) or not set(empty) <= set(QUANTITIES):
+    told = [found["quantity"] for reason in reasons if (found := _EMPTY.fullmatch(reason)) is not None]
+    empty = list(dict.fromkeys(told))
+    if len(told) != len(reasons) or not set(empty) <= set(QUANTITIES):
         return ""
     if len(empty) > 1:
         return f"No row has a reading of each: export {' and '.join(empty)} in the same rows, or each in a file of its own"

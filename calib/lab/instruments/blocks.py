@@ -418,7 +418,8 @@ def _heads_results(sheet: Sheet, rows: list[list[str]], at: int, above: Sequence
     if time is None or not (apart and words) or SPECIMEN.search(" ".join(cells[1:])) or set(cells) & set(sheet.names):
         return False
     filled = [[c for c in r if c.strip()] for r in below]
-    if any(len(r) != len(cells) or not any(map(is_numeric, r)) for r in filled):
+    numbered = len(cells) + (not rows[at][0].strip())  # rows may be numbered in a column without a name
+    if any(len(r) not in (len(cells), numbered) or not any(map(is_numeric, r)) for r in filled):
         return False
     last, first = (_number_of(sheet, r, time) for r in (rows[above[-1]], below[0]))
     return last is not None and (first is None or first < last) and len(below) < len(above)

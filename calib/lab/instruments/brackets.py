@@ -52,8 +52,8 @@ _IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
 # A symbol as TeX has it: "$C_p$", "$\\delta$", "$F_{\\mathrm{N}}$"; the Greek letters that stand for a length or a unit.
 _OF_TEX = re.compile(r"\$([^$]{1,40})\$")
 _GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
-# "timeMs", "displacementMm", "forceN": the units that end such names, in the case that joins them.
-_OF_JOINED = {unit.capitalize(): unit for unit in ("s", "ms", "us", "mm", "um", "nm", "N", "kN", "pF", "nF", "fF")}
+# "timeMs", "timeSec", "displacementMm", "forceN": the units that end such names, in the case that joins them.
+_OF_JOINED = {unit.capitalize(): unit for unit in ("s", "sec", "ms", "us", "mm", "um", "nm", "N", "kN", "pF", "nF", "fF")}
 _JOINED = re.compile(rf"(?P<name>[a-z]{{3,}})(?P<unit>{'|'.join(_OF_JOINED)})")
 # Since when the seconds of a clock count, behind its unit: "(s since 01.01.1904)".
 _SINCE = re.compile(r"(?<=[(\[])\s*(?P<unit>[^\W\d_]{1,12})\s+since\s+[^()\[\]]+?(?=\s*[)\]])", re.IGNORECASE)
@@ -109,6 +109,8 @@ _SENSE = re.compile(
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
+# Units in capitals that a symbol may have, too: no capacitance is in petafarads.
+_OF_SYMBOLS = ("PF", "NF", "UF")
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 # A unit of force in small letters behind a name in small letters, as databases write all names: "force_n", "load_kn".
@@ -212,10 +214,10 @@ def usual_case(cell: str, below: str | None = None) -> str:
     below : the unit below it; None if the cell's own unit is meant.
 
     >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("C (PF)"), usual_case("FORCE (MN)")
-    ('CAP (pF)', 'pF', 'Cap (PF)', 'C (PF)', 'FORCE (MN)')
+    ('CAP (pF)', 'pF', 'Cap (PF)', 'C (pF)', 'FORCE (MN)')
     """
     if below is not None:
-        return (_all_capitals(cell) and (from_capitals(below) or _metres(cell, below))) or below
+        return _usual_of(cell, below) or (_metres(cell, below) if _all_capitals(cell) else "") or below
     match, usual = _LAST_WORD.fullmatch(cell), unit_of_capitals(cell)
     return f"{match['name']}{usual}{match['behind']}" if match is not None and usual else cell
 
@@ -227,9 +229,16 @@ def unit_of_capitals(cell: str) -> str:
     ('pF', '', '')
     """
     match = _LAST_WORD.fullmatch(cell)
-    if match is None or not _all_capitals(match["name"]):
+    if match is None:
         return ""
-    return from_capitals(match["unit"]) or (_metres(match["name"], match["unit"]) if match["behind"] else "")
+    metres = match["behind"] and _all_capitals(match["name"])
+    return _usual_of(match["name"], match["unit"]) or (_metres(match["name"], match["unit"]) if metres else "")
+
+
+def _usual_of(name: str, unit: str) -> str:
+    """The unit of a name in capitals as it is usually written; of a symbol, "CP", only a part of a farad, which is no other."""
+    of_symbol = name.isupper() and unit in _OF_SYMBOLS
+    return from_capitals(unit) if of_symbol or _all_capitals(name) else ""
 
 
 def _metres(name: str, unit: str) -> str:

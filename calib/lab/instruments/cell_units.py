@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, to_numbers
+from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import written_unit
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, asked_factor, is_unit_of, lab_factor
@@ -82,7 +82,7 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
     None if all are plain numbers, or one cannot be told.
     """
     first = list(islice((c for c in cells if c.strip() and not is_missing(c) and not is_over_range(c)), _SEEN))
-    if all(is_numeric(cell) or is_clock(cell) for cell in first):
+    if all(is_numeric(cell) or is_clock(cell) for cell in first) and not _some_with_unit(cells):
         return None
     matches: dict[str, tuple[str, str]] = {}
     written_so: Counter[str] = Counter()
@@ -107,6 +107,11 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
             return None
         plain[cell] = f"{number}e{power[own]}" if power[own] else number
     return [plain.get(cell, cell) for cell in cells], unit, [own or "none" for own in seen]
+
+
+def _some_with_unit(cells: Sequence[str]) -> bool:
+    """Whether a unit stands in some cells of a column of numbers, behind the first."""
+    return any(_WITH_UNIT.fullmatch(cells[r].strip()) for r in (not_numbers(cells, len(cells)) or [])[:_SEEN])
 
 
 def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict[str, int]] | None:

@@ -25,12 +25,12 @@ from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_r
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
-from calib.lab.instruments.negatives import with_minus_before
 from calib.lab.instruments.no_time import counted_time, note_on_time
-from calib.lab.instruments.notation import Notation, decide_notation, mark_shown
+from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
+from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -111,7 +111,7 @@ def _read_rows_asked(sheet: Sheet, family: InstrumentFamily, reason: str, readin
 
 def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read all rows of a sheet."""
-    clock = with_subseconds(with_minus_before(sheet))
+    clock = with_subseconds(with_plain_numbers(sheet))
     sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)
@@ -145,7 +145,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             without_unit.add(quantity)
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
-            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though the file says {own}')
+            though = f", though the file says {own}" if own != asked else ""
+            notes.append(f'"{sheet.names[index]}" is read in {asked} as asked{though}')
         elif quantity not in reading.units:
             notes += [] if of_day else results_in_own_units(sheet, index, quantity, factor)
         elif not of_day and (against := words_against(sheet, index, quantity, factor)):
@@ -179,6 +180,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         asked=reading.decimal,
         delimiter=sheet.delimiter,
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
+        apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
     )
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, written)])
@@ -207,7 +209,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             paused = {r for first, behind in blocks for r in range(first, behind)}
             for r in np.flatnonzero(found.empty).tolist():
                 if r not in paused:
-                    _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
+                    cell = cells[column.quantity][r].strip()
+                    nothing = f"no number, {cell}" if cell[:1] == "#" else "empty cell"
+                    _append(reasons, r, f"{nothing}: {column.quantity.removesuffix('_series')}")
         values[column.quantity] = found.values
     places = {q: index for q, (index, _) in choice.chosen.items()}
     if "quality" in values:
@@ -469,6 +473,11 @@ def _mark_beside(sheet: Sheet, read: Collection[int]) -> tuple[str, str]:
     marks = {i: mark for i, cells in enumerate(sheet.columns) if i not in read and (mark := mark_shown(cells[:_MARKS_SEEN]))}
     first = next(iter(marks), -1)
     return (marks[first], f'"{sheet.names[first]}"') if len({*marks.values()}) == 1 else ("", "")
+
+
+def _apart_beside(sheet: Sheet, read: Collection[int]) -> dict[str, str]:
+    """The marks that set thousands apart in columns that are not read, and the names of these."""
+    return marks_apart({name: sheet.columns[i] for i, name in enumerate(sheet.names) if name and i not in read})
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:

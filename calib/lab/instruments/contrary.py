@@ -19,7 +19,8 @@ _QUANTITIES = ("force", "displacement", "capacitance", "time")
 _LETTER = "A-Za-zµÀ-ɏͰ-ϿЀ-ӿ"
 _WITHOUT_BLANKS = "|".join(map(re.escape, UNITS_WITHOUT_BLANKS))
 _UNIT = re.compile(
-    rf"(?<![{_LETTER}\d/·*^.'’])(?:[{_LETTER}]+)(?![{_LETTER}\d/·*^²³'’]|\s?[-^]\d)|{_WITHOUT_BLANKS}",
+    rf"(?<![{_LETTER}\d/·*^.'’])(?!(?<=(?i:lcr|rlc)[ -])(?i:meter))"  # no unit: the LCR meter
+    rf"(?:[{_LETTER}]+)(?![{_LETTER}\d/·*^²³'’]|\s?[-^]\d)|{_WITHOUT_BLANKS}",
 )
 _VALUE_BEFORE = re.compile(r"(?:\d|\d[eE][+-]?\d+)\s?(?:-\s?|[;,|\t]\s?\"?)?$")
 _VALUE_BEHIND = re.compile(r"^[\s)\]\"']*[:=,;\t|]?[\s\"'<>≤≥~±(]*[-+]?\d")

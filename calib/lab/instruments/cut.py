@@ -14,6 +14,7 @@ from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
+from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -127,6 +128,9 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     elif 2 * len(names) == len(split_line(text.lines[header], delimiter)):
         above = (*above, f"in line {header + 1} the unit of each column stands in a cell of its own behind its name")
+    written = split_line(text.lines[header], delimiter)
+    if listed is None and written != names and plain_names(written) == names:
+        above = (*above, f'the names in line {header + 1} are taken without what is written around each: "{written[0]}"')
     decided = _lines_that_decide(sheet, reading)
     names_at = range(header, header + 1) if listed is None else range(listed.first, listed.last + 1)
     read = {*decided, sheet.units_line}

@@ -49,13 +49,20 @@ _GOES_ON = 0.3
 # Numbers that a column, and the places beside a number, must have at least.
 _FEWEST, _FEWEST_BESIDE = 5, 4
 
-# Ratios of units that are no powers of ten, by what they are; in thousands, as of mN and N, too.
+# Ratios of units that are no powers of ten, in words, and the quantity and names of these units; in thousands, as of mN and N,
+# too.
 _BETWEEN_UNITS = tuple(
-    (size * 10.0**power, words)
-    for names, ratio in (("N and kgf", 9.80665), ("N and lbf", 4.4482216), ("mm and in", 25.4))
-    for size, words in ((ratio, f"{ratio:.5g} ({names})"), (1 / ratio, f"1/{ratio:.5g} ({names})"))
+    (size * 10.0**power, words, quantity, names)
+    for quantity, names, ratio in (
+        ("force", "N and kgf", 9.80665),
+        ("force", "N and lbf", 4.4482216),
+        ("displacement", "mm and in", 25.4),
+    )
+    for size, words in ((ratio, f"{ratio:.5g}"), (1 / ratio, f"1/{ratio:.5g}"))
     for power in (0, 3, -3)
 )
+# Nines, which loggers write where there is no reading.
+_NINES = re.compile(rf"[{SIGNS}]?9{{3,}}", re.ASCII)
 
 _PADDED = re.compile(rf"[ \t]*[{SIGNS}]?0\d+[ \t]*", re.ASCII)
 
@@ -77,7 +84,7 @@ class Doubts:
     decimals: int = 0
 
 
-def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: bool = False) -> Doubts:
+def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, quantity: str = "", *, whole: bool = False) -> Doubts:
     """Find numbers that their neighbours contradict by a power of ten, as a decimal mark lost or moved leaves them.
 
     A whole number with leading zeros ("-021000") has lost its mark; in a column of whole numbers alone all have. Whole
@@ -92,6 +99,7 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: b
     cells : of the column, (n_row,).
     values : as read, in any unit, nan where there is none, (n_row,).
     decimal : the decimal mark of the column.
+    quantity : of the column, whose units one may be mistaken for; "" if it is not known.
     whole : whether the numbers of a column without any mark are known to be whole.
     """
     padded = _padded(cells, values)
@@ -107,13 +115,13 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: b
             rows = {int(i): f'"{cells[i].strip()}" has lost its decimal mark' for i in padded}
             rest = values.copy()
             rest[padded] = np.nan
-            other = _jumping(cells, rest, decimal)
+            other = _jumping(cells, rest, decimal, quantity)
             return Doubts({**other.rows, **rows}, other.fault, other.row)
         if not whole:
             row = int(padded[0])
             lost = f'"{cells[row].strip()}" begins with a zero: the numbers have lost their decimal marks'
             return Doubts(fault=lost, row=row, decimals=_decimals_lost(cells, values, padded))
-    return _jumping(cells, values, decimal)
+    return _jumping(cells, values, decimal, quantity)
 
 
 def _padded(cells: Sequence[str], values: FloatArray) -> IntArray:
@@ -147,7 +155,7 @@ def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:
     )
 
 
-def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
+def _jumping(cells: Sequence[str], values: FloatArray, decimal: str, quantity: str) -> Doubts:
     size = np.abs(values)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = size[1:] / size[:-1]
@@ -168,12 +176,12 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
             return population
         rest = values.copy()
         rest[list(population.rows)] = np.nan
-        other = _jumping(cells, rest, decimal)
+        other = _jumping(cells, rest, decimal, quantity)
         return Doubts({**other.rows, **population.rows}, other.fault, other.row)
     found: dict[int, str] = {}
     for _ in range(_PASSES):
         # One wrong number may hide another beside it.
-        more = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
+        more = _off_by_units(cells, rows, at, decimal, quantity) | _off(cells, rows, at, level, decimal)
         more = _beyond_noise(more, values, rows, at)
         more = {row: power for row, power in more.items() if not _is_about_zero(cells, values, row, decimal)}
         found |= more
@@ -244,7 +252,14 @@ def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decim
         every = np.zeros(len(cells), dtype=bool)
         every[rows[marked]] = True
         return _lost(cells, int(rows[changes[0] + 1] if marked[changes[0]] else rows[changes[0]]), every)
-    return Doubts({int(i): f'"{cells[i].strip()}" has lost its decimal mark: its neighbours have one' for i in whole})
+    return Doubts({int(i): f"{_lost_mark(cells[i])}: its neighbours have one" for i in whole})
+
+
+def _lost_mark(cell: str) -> str:
+    """What a whole number among others with a mark may be."""
+    written = cell.strip()
+    nines = "stands for no reading, or " if _NINES.fullmatch(written) else ""
+    return f'"{written}" {nines}has lost its decimal mark'
 
 
 def _of_other_form(cells: Sequence[str], rows: IntArray, at: FloatArray, steps: FloatArray, decimal: str) -> Doubts | None:
@@ -268,7 +283,7 @@ def _of_other_form(cells: Sequence[str], rows: IntArray, at: FloatArray, steps: 
         room = high - low
         if low - room <= at[k] / 10.0**power <= high + room and not low - _WIDE * room <= at[k] <= high + _WIDE * room:
             row = int(rows[k])
-            found[row] = f'"{cells[row].strip()}" has lost its decimal mark: all others have {power} decimals'
+            found[row] = f"{_lost_mark(cells[row])}: all others have {power} decimals"
     return Doubts(found) if found else None
 
 
@@ -337,7 +352,7 @@ def _goes_on(mended: float, expected: float, bend: float, step: float) -> bool:
     return bend <= _REGULAR * step and abs(mended - expected) <= _REGULAR * step
 
 
-def _off_by_units(cells: Sequence[str], rows: IntArray, at: FloatArray, decimal: str) -> dict[int, str]:
+def _off_by_units(cells: Sequence[str], rows: IntArray, at: FloatArray, decimal: str, quantity: str) -> dict[int, str]:
     """Single rows that stand between their calm neighbours once the ratio of two units is taken off -> that ratio in words."""
     if rows.size < _FEWEST:
         return {}
@@ -353,9 +368,9 @@ def _off_by_units(cells: Sequence[str], rows: IntArray, at: FloatArray, decimal:
         if before.size + after.size < _FEWEST_BESIDE or step > 1.5 * _CALM_BESIDE * abs(middle[j]):
             continue
         digit = 0.5 * 10.0 ** -_decimals(cells[rows[j + 1]], decimal) / abs(at[j + 1])
-        for size, words in _BETWEEN_UNITS:
+        for size, words, of, names in _BETWEEN_UNITS:
             if abs(ratio[j] / size - 1) <= _NEAR_UNIT + digit:
-                found[int(rows[j + 1])] = words
+                found[int(rows[j + 1])] = f"{words} ({names})" if of == quantity else words
                 break
     return found
 

@@ -13,6 +13,7 @@ from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
+from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
@@ -27,6 +28,8 @@ DELIMITERS = ("\t", ";", ",", "|", " ")
 HEADER_WITHIN = 2000
 # More columns than any instrument writes.
 _WIDEST = 400
+# Rows that show at which delimiter they are cut.
+_FEW = 5
 # Rows below a header that are looked at to distinguish a table of results from a record.
 _ROWS_SEEN = 30
 # Lines that are looked at for quantities that stand in lines, and how many readings, of what share of the cells, show one.
@@ -96,6 +99,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
             for cells in _header_cells(line, delimiter, text.lines[index + 1 : index + _ROWS_SEEN]):
                 if len(cells) > _WIDEST or not any(cells):
                     continue
+                cells = cells if wanted.intersection(cells) else plain_names(cells)
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
                 known = known or list(designated(tuple(cells), ("",) * len(cells)))
@@ -118,6 +122,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 ):
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
+                if not rows and delimiter == " " and _stands_between_others(line, text.lines[index + 1 : index + _ROWS_SEEN]):
+                    continue
                 if len(known) < 2 and rows == 0:
                     continue
                 below = text.lines[index + 1 : index + _ROWS_SEEN]
@@ -188,6 +194,16 @@ def width_of_row(line: str) -> int:
         if len(cells) > 1 and _is_reading(cells[0]) and all(_is_reading(c) or is_missing(c) for c in cells):
             return len(cells)
     return 0
+
+
+def _stands_between_others(line: str, below: Sequence[str]) -> bool:
+    """Whether another delimiter than blanks parts a line, and the lines below it into as many numbers, as it does no name."""
+    first = [row for row in below if row.strip()][:_FEW]
+    for delimiter in (d for d in DELIMITERS[:-1] if d in line.strip()):
+        rows = [split_line(row, delimiter) for row in first]
+        if len(rows) > 1 and all(len(r) == len(split_line(line, delimiter)) and all(map(_is_reading, r)) for r in rows):
+            return True
+    return False
 
 
 def _is_reading(cell: str) -> bool:

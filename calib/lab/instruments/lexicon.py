@@ -42,6 +42,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "distance | deflection | deformation | disp | penetration | penetration depth | compression distance | h",
                 "s | indenter displacement | stage position | piezo displacement | piezo extension | z stage | z height | z",
                 "d | standardweg | traversenweg | weg | istweg | verschiebung | verformung | eindringtiefe | maschinenweg",
+                "istposition | ram position | ram displacement",
                 "stauchung | hub | kolbenweg | stempelweg | prüfweg | auslenkung | eindrückung | déplacement | deplacement",
                 "traverse | déplacement traverse | déplacement de la traverse | enfoncement | course | allongement",
                 "écrasement | ecrasement | profondeur | profondeur de pénétration | flèche | desplazamiento | extensión",
@@ -158,7 +159,7 @@ QUALIFIERS = _set(
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "gemeten indenter gross brutto ax vert compr"
+    "zmierzone zmierzony gemeten indenter gross brutto ax vert compr"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
@@ -208,7 +209,10 @@ _NUMBERS_DRAWN = _set(
     "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
 )
 #: Words of the mean of several readings, and of how far these are from it.
-MEANS = _set("mean average avg ave averaged mittel mittelwert moyenne moyen media promedio médio średnia gemiddelde 平均 평균")
+MEANS = _set(
+    "mean average avg ave averaged mittel mittelwert gemittelt gemittelte moyenne moyen moyenné moyennée media promedio "
+    "promediado médio średnia uśredniona gemiddelde 平均 평균"
+)
 SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
 #: Words of the smallest and of the largest of several readings.
 LEAST = _set("min minimum minimal mini minimo mínimo mín 最小 최소")
@@ -216,7 +220,7 @@ MOST = _set("max maximum maximal maxi massimo máximo máx maks 最大 최대")
 #: Words that alone say that a column was measured, where another was commanded.
 MEASURED = _set(
     "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "
-    "medida misurato misurata effettivo zmierzona gemeten werkelijk 实际 実際 실제 reading value"
+    "medida misurato misurata effettivo zmierzona zmierzone zmierzony gemeten werkelijk 实际 実際 실제 reading value"
 )
 #: Words of a number drawn from several readings.
 STATISTIC = _NUMBERS_DRAWN | _PEAKS | MEANS | SPREADS

@@ -10,16 +10,21 @@ from itertools import islice
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.lines import not_read
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import looks_like_unit
 
 _PAIR = (
-    r"(?P<name>[^\W\d][^\s:=,;|]{0,40}) ?[:=] ?"
+    r"(?P<name>[^\W\d][^\s:=,;|]{0,40}) ?[:=][ \t]{0,8}"
     r"(?P<value>(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?|"
     r"[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?|nan|inf|over|ovf|ol|-+)"
     r"(?: ?(?P<unit>(?![\d.,])[^\s:=,;|]{1,12})(?![^\s,;|]{0,40} ?[:=]))?"
+)
+# A time before the first name, as terminals write it.
+_STAMP = re.compile(
+    r"[ \t]*(?P<stamp>(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9})?)[ \t,;|]+(?=[^\W\d])"
 )
 _ONE = re.compile(_PAIR, re.IGNORECASE)
 _PLAIN = re.sub(r"\?P<\w+>", "", _PAIR)
@@ -45,12 +50,12 @@ def named_values(text: LabText) -> Sheet | None:
         If a line among them is none, or names other values than the first.
     """
     begin = list(islice((line for line in text.lines if line.strip()), _ABOVE + 1 + _FEWEST))
-    first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _LINE.fullmatch(line)), -1)
+    first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _pairs(line)), -1)
     seen = [_pairs(line) for line in begin[first : first + _FEWEST]]
-    names = [match["name"] for match in seen[0]] if first >= 0 else []
+    names = [name for name, _, _ in seen[0]] if first >= 0 else []
     if names and (fault := _of_channels_in_turn(text, text.lines.index(begin[first]))) is not None:
         raise InputError(fault)
-    if not names or len(seen) < _FEWEST or any([match["name"] for match in found] != names for found in seen):
+    if not names or len(seen) < _FEWEST or any([name for name, _, _ in found] != names for found in seen):
         return None
     written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
     rows: list[list[tuple[str, str]]] = []
@@ -60,9 +65,9 @@ def named_values(text: LabText) -> Sheet | None:
     for number, line in written[first:]:
         found = _pairs(line)
         last = number == len(text.lines) and not text.ended
-        if [match["name"] for match in found] == names:
-            cut_short = last and _decimals(found[-1]["value"]) != _decimals(rows[-1][-1][0])
-            rows.append([(match["value"], match["unit"] or "") for match in found])
+        if [name for name, _, _ in found] == names:
+            cut_short = last and _decimals(found[-1][1]) != _decimals(rows[-1][-1][0])
+            rows.append([(value, unit) for _, value, unit in found])
             lines.append(number)
         elif not last:
             shown, wanted = line.strip()[:60], ", ".join(names)
@@ -75,9 +80,9 @@ def named_values(text: LabText) -> Sheet | None:
     if faults:
         raise InputError(capped(faults, "lines cannot be read"))
     below, columns = [], []
-    for cells in zip(*rows, strict=True):
+    for name, cells in zip(names, zip(*rows, strict=True), strict=True):
         own = {unit for _, unit in cells}
-        below.append(own.pop() if len(own) == 1 and looks_like_unit(next(iter(own))) else "")
+        below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
         columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
     sheet = Sheet(
         text,
@@ -95,7 +100,7 @@ def named_values(text: LabText) -> Sheet | None:
 
 def _of_channels_in_turn(text: LabText, first: int) -> Fault | None:
     """What to say of lines that name one value each besides their time, of several in turn; None if they do not."""
-    named = [tuple(match["name"] for match in _pairs(line)) for line in text.lines[first : first + _LOOKED_AT] if line.strip()]
+    named = [tuple(name for name, _, _ in _pairs(line)) for line in text.lines[first : first + _LOOKED_AT] if line.strip()]
     often = [names for names, count in Counter(named).items() if len(names) == 2 and count >= max(_FEWEST, len(named) / 10)]
     if len(often) < 2 or len({names[0] for names in often}) > 1:
         return None
@@ -104,9 +109,14 @@ def _of_channels_in_turn(text: LabText, first: int) -> Fault | None:
     return Fault(f"lines name one value each, of {len(often)} in turn: {listed}", text.path, first + 1, advice=advice)
 
 
-def _pairs(line: str) -> list[re.Match[str]]:
-    """The names with their values in a line; [] if it holds anything else."""
-    return list(_ONE.finditer(line)) if _LINE.fullmatch(line) else []
+def _pairs(line: str) -> list[tuple[str, str, str]]:
+    """The names with their values and units in a line, a time before them by the name "Time"; [] if it holds anything else."""
+    stamp = _STAMP.match(line)
+    rest = line[stamp.end() :] if stamp is not None else line
+    if not _LINE.fullmatch(rest):
+        return []
+    found = [(match["name"], match["value"], match["unit"] or "") for match in _ONE.finditer(rest)]
+    return [("Time", stamp["stamp"], ""), *found] if stamp is not None else found
 
 
 def _decimals(value: str) -> int:

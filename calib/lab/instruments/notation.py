@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -133,16 +133,18 @@ def decide_notation(
     asked: str = "",
     delimiter: str = "",
     beside: Callable[[], tuple[str, str]] = lambda: ("", ""),
+    apart_beside: Callable[[], Mapping[str, str]] = dict,
 ) -> Notation:
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
     A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
     leading zero, or before an exponent is decimal; a few cells with fewer digits among many with three may have been cut, and
-    show nothing. One mark followed by three digits ("1,250") shows nothing by itself: a
-    column of such cells has the decimal mark that the others show, if that is this one; whole numbers beside such cells
-    ("999", "1.000") tell by going on from one to the next. What then is open is the user's to say, or refused. Cells of a
-    column that contradict each other are refused; so is a column whose values below one have other than three decimals while
-    all those above have exactly three: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966", "10,114").
+    show nothing. One mark followed by three digits ("1,250") shows nothing by itself: a column of such cells has the
+    decimal mark that the others show, if that is this one; whole numbers beside such cells ("999", "1.000") tell by going
+    on from one to the next. A mark that sets thousands apart in one column is no decimal mark in another that shows none.
+    What then is open is the user's to say, or refused. Cells of a column that contradict each other are refused; so is a
+    column whose values below one have other than three decimals while all those above have exactly three: a spreadsheet has
+    taken their decimal mark for a thousands mark ("0,9966", "10,114").
 
     Parameters
     ----------
@@ -153,6 +155,7 @@ def decide_notation(
     delimiter : of the file: no program that writes decimal commas parts cells by commas.
     beside : finds the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
         are; asked where nothing else tells.
+    apart_beside : finds the marks that set thousands apart in columns that are not read, and in which.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
@@ -193,10 +196,11 @@ def decide_notation(
                 "", conflict=f"{words}, and a cell has it as decimal mark", places=_places(texts, [(strong[c][mark], c)])
             )
     plain = [text for text in texts if "." not in text and "," not in text and _THOUSANDS.search(text)]
+    courses = [_course(text, columns[c], seen) if not shown[c] else "" for c, text in enumerate(texts)]
+    apart_by = {mark: names[c] for c, text in enumerate(texts) if courses[c] == "thousands" for mark in ".," if mark in text}
     for c, text in enumerate(texts):
-        decimal, note, conflict, showing = _decimal(
-            text, columns[c], shown[c], seen, apart_in, declared, asked, delimiter, beside, large=bool(plain)
-        )
+        others = _Others(seen, apart_in, apart_by, beside, apart_beside, large=bool(plain))
+        decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], courses[c], others, declared, asked, delimiter)
         if conflict:
             several = len(showing) > 1
             likely = "" if several else ".," if seen else "," if commas[c] else "."
@@ -216,9 +220,11 @@ def decide_notation(
             places=_places(texts, [(strong[c][shown[c]], c)]),
         )
     told = [d for d in decimals if d]
-    usual = max(".,", key=told.count) if told else declared or asked or "."
+    # Those of columns that have decimals at all, rather than thousands set apart alone.
+    used = [d for d, text in zip(decimals, texts, strict=True) if d and d in text]
+    usual = max(".,", key=(used or told).count) if told else declared or asked or "."
     for c, mark in enumerate(decimals):
-        if mark and mark != usual:
+        if mark and mark != usual and mark in texts[c]:
             notes.append(f'"{names[c]}" has a decimal {_NAMES[mark]}, other columns a decimal {_NAMES[usual]}')
     return Notation(usual, tuple(d or usual for d in decimals), tuple(notes))
 
@@ -248,6 +254,29 @@ def _places(texts: Sequence[str], found: Sequence[tuple[re.Match[str] | None, in
     return tuple(sorted((texts[c].count("\n", 0, m.start()), c) for m, c in found if m is not None))
 
 
+@dataclass(frozen=True)
+class _Others:
+    """What the columns of a file say of one that shows no decimal mark by itself.
+
+    seen : decimal marks that columns show.
+    apart_in : marks that set thousands apart in millions.
+    apart_by : marks that set thousands apart as the course of a column shows, and which column.
+    beside, apart_beside : as of `decide_notation`.
+    large : whether a column has numbers above a thousand without any mark.
+    """
+
+    seen: set[str]
+    apart_in: set[str]
+    apart_by: Mapping[str, str]
+    beside: Callable[[], tuple[str, str]]
+    apart_beside: Callable[[], Mapping[str, str]]
+    large: bool
+
+    def sets_apart(self, mark: str) -> str:
+        """The column in which a mark sets thousands apart, "" if none shows it."""
+        return self.apart_by.get(mark) or ("" if mark in self.seen else self.apart_beside().get(mark, ""))
+
+
 _Decision = tuple[str, str, str, tuple[re.Match[str] | None, ...]]
 
 
@@ -255,19 +284,13 @@ def _decimal(
     text: str,
     cells: Sequence[str],
     shown: str,
-    seen: set[str],
-    apart_in: set[str],
+    course: str,
+    others: _Others,
     declared: str,
     asked: str,
     delimiter: str,
-    beside: Callable[[], tuple[str, str]],
-    *,
-    large: bool,
 ) -> _Decision:
-    """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it.
-
-    `large` is whether another column has numbers above a thousand without any mark.
-    """
+    """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it."""
     if shown:
         return shown, "", "", ()
     unsure = {mark: _SHOWN[mark].unsure.search(text) for mark in ".," if mark in text}
@@ -277,36 +300,65 @@ def _decimal(
     if len(unsure) == 2:
         return "", "", "some cells have a point before three digits and some a comma", tuple(unsure.values())
     mark, match = next(iter(unsure.items()))
-    if declared or asked:
+    seen = others.seen
+    if declared or (asked and course != "thousands"):
         return declared or asked, "", "", ()
-    if mark in apart_in and seen == {_OTHER[mark]} and not _THOUSANDS.search(text):
+    if mark in others.apart_in and seen == {_OTHER[mark]} and not _THOUSANDS.search(text):
         return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as it does in the millions of another column", "", ()
     plain = _PLAIN_WHOLE.search(text)
     hundreds = _WHOLE.search(text)
     if plain and seen == {mark} and _of_nines({m[0].strip() for m in islice(_PLAIN_WHOLE.finditer(text), _MANY)}):
         return mark, "", "", ()
-    if plain and (hundreds or seen != {mark}):
-        fitting = _going_on(cells, mark)
-        if fitting == "decimal" and seen <= {mark}:
-            return mark, f"its {_NAMES[mark]} is the decimal mark, as the whole numbers among the others show", "", ()
-        # A program that sets thousands apart does so in every number.
-        if fitting == "thousands" and seen <= {_OTHER[mark]} and not _THOUSANDS.search(text):
-            return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as the numbers below a thousand show", "", ()
-        if hundreds:
-            words = f'"{mark}" may set thousands apart or be the decimal mark: whole numbers beside it'
-            return "", "", words, (hundreds, match)
+    if course == "thousands":
+        return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as the numbers below a thousand show", "", ()
+    if seen <= {mark} and (where := others.sets_apart(mark)):
+        words = f'the {_NAMES[mark]} may be the decimal mark, and sets thousands apart in "{where}"'
+        return "", "", words, (match,)
+    if course == "decimal":
+        return mark, f"its {_NAMES[mark]} is the decimal mark, as the whole numbers among the others show", "", ()
+    if hundreds and plain:
+        return "", "", f'"{mark}" may set thousands apart or be the decimal mark: whole numbers beside it', (hundreds, match)
     if seen == {mark} or (not seen and mark == "." and delimiter == ","):
         return mark, "", "", ()
     if seen:
         words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, other columns have a decimal "
         return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
-    if large and not plain:
+    if others.large and not plain:
         return mark, f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none", "", ()
-    shown_beside, where = beside()
+    shown_beside, where = others.beside()
     if mark == shown_beside:
         return mark, f"its {_NAMES[mark]} is the decimal mark, as it is in {where}", "", ()
     words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
     return "", "", words, (match,)
+
+
+def _course(text: str, cells: Sequence[str], seen: set[str]) -> str:
+    """What whole numbers beside those with a mark show of it: "decimal", "thousands", or "" if they show nothing."""
+    marks = [mark for mark in ".," if mark in text and _SHOWN[mark].unsure.search(text)]
+    if len(marks) != 1 or not _PLAIN_WHOLE.search(text) or (seen == {marks[0]} and not _WHOLE.search(text)):
+        return ""
+    course = _going_on(cells, marks[0])
+    if course == "decimal":
+        return course if seen <= {marks[0]} else ""
+    # A program that sets thousands apart does so in every number.
+    return course if seen <= {_OTHER[marks[0]]} and not _THOUSANDS.search(text) else ""
+
+
+def marks_apart(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """The marks that set thousands apart in columns of numbers, as those below a thousand show, and in which.
+
+    >>> marks_apart({"No": [f"{i:,}" for i in range(990, 1010)], "Temperature": ["22,125"] * 20})
+    {',': 'No'}
+    """
+    found: dict[str, str] = {}
+    for name, cells in columns.items():
+        there = [c for c in map(str.strip, cells) if c and not is_missing(c)]
+        text = "\n" + "\n".join(there)
+        if any(_SHOWN[mark].search(text) for mark in ".,"):
+            continue
+        if _course(text, there, set()) == "thousands":
+            found.setdefault("." if "." in text else ",", name)
+    return found
 
 
 def _of_nines(whole: set[str]) -> bool:

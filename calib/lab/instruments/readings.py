@@ -91,7 +91,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         bad[list(sheet.reasons)] = False
         # Who says the unit says what one count of a whole number is worth.
         whole = IN_PLACE_OF.get(column.quantity, column.quantity) in reading.units or column.quantity not in _MEASURED
-        doubts = doubtful(cells, number, decimal, whole=whole)
+        doubts = doubtful(cells, number, decimal, column.quantity, whole=whole)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
             one_unit = "If it is another unit, write all rows in one unit. " if "another unit" in doubts.fault else ""

@@ -37,8 +37,8 @@ _FOOTER = 50
 _FEW_ODD, _SHARE_ODD = 100, 0.1
 # Rows of results that may stand among or below those of a record.
 _FEW_RESULTS = 8
-# What the number of readings is called beside their mean.
-_COUNTS = ("n", "count", "counts", "number", "anzahl", "nombre")
+# What the number of readings and their range are called beside their mean.
+_BESIDE_RESULTS = ("range", "spannweite", "étendue", "rango", "n", "count", "counts", "number", "anzahl", "nombre")
 # A column without a name behind all others that has a cell in a larger share of the rows is one of the table.
 _SHARE_BEYOND = 0.1
 # A last column that is empty in a larger share of the rows is one that is filled more rarely.
@@ -170,10 +170,10 @@ def _of_results(table: Table) -> dict[int, str]:
         words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())} if lettered else set()
         result = {c for c in words if c.strip().isprintable() and _is_result(c)}
         rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
-        # Of how many readings they were computed stands beside them alone: "n" among "Mean" and "SD".
+        # Of how many readings they were computed, and their range, stands beside them alone: "n" among "Mean" and "SD".
         for beside in (*rows, *reversed(rows)):
             near = (r for r in (beside - 1, beside + 1) if start <= r < len(column) and r not in rows)
-            rows += [r for r in near if column[r].strip(" .:=").lower() in _COUNTS]
+            rows += [r for r in near if column[r].strip(" .:=").lower() in _BESIDE_RESULTS]
         rows = sorted(rows)
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
             found |= {r: f'a row of results: "{column[r].strip()[:40]}"' for r in rows}

@@ -6,9 +6,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice, zip_longest
+from types import MappingProxyType
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.brackets import are_counts, is_factor, says_sense, usual_case
+from calib.lab.instruments.brackets import are_counts, is_factor, says_sense, usual_case, without_conditions
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.instrument_words import instrument_words
@@ -39,6 +40,9 @@ _SERIAL_NUMBER = re.compile(
 )
 # The number of a press or file behind a word, in a comment on all columns: "press 3".
 _NUMBER_BEHIND = re.compile(r"(?<=[^\W\d_])[ _#-]*\d{1,4}$")
+# Letters that formulas have for a quantity, beside its own first letter; what a capacitance is measured with.
+_OF_FORMULAS = MappingProxyType({"displacement": tuple("xszdhu"), "force": tuple("FPL"), "time": ("t",)})
+_METER = re.compile(r"(?:(?:lcr|rlc|capacitance|impedance)[ -]?)?(?:meter|bridge|analy[sz]er)|lcr|rlc", re.IGNORECASE)
 # A name as the letter of formulas, with an index.
 _SYMBOL = re.compile(r"[^\W\d_](?:_?[^\W_]{1,2})?")
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
@@ -100,6 +104,8 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'nothing but dashes, "{shown}"'))
         elif units_line is None and _symbols(cells, names, later):
             unread.append(Unread(f"line {index + 1}", f'the names of line {header + 1} as symbols, "{shown}"'))
+        elif units_line is None and later and _described(cells, names, later[0]):
+            unread.append(Unread(f"line {index + 1}", f'the names of line {header + 1} in words, "{shown}"'))
         elif found is not None:
             units_line, units = index + 1, found
             unread += _words_among(cells, found, index + 1)
@@ -235,12 +241,33 @@ def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None
 def _symbols(cells: Sequence[str], names: Sequence[str], later: Sequence[Sequence[str]]) -> bool:
     """Whether cells are the names once more as symbols, above the row of units, as Logger Pro has them: "t", "F", "d"."""
     pairs = [(name, cell) for name, cell in zip(names, cells, strict=False) if cell.strip()]
-    short = all(_SYMBOL.fullmatch(cell) and cell[:1].casefold() == name[:1].casefold() for name, cell in pairs)
+    short = all(_SYMBOL.fullmatch(cell) and _is_symbol_of(cell, name) for name, cell in pairs)
     if len(cells) != len(names) or len(pairs) < 2 or not short or not later or len(later[0]) != len(names):
         return False
     below = [_fits(name, unit) for name, unit in zip(names, later[0], strict=True)]
     own = [_fits(name, cell) for name, cell in zip(names, cells, strict=True)]
     return below.count(True) > 1 and False not in below and own.count(True) < below.count(True)
+
+
+def _is_symbol_of(cell: str, name: str) -> bool:
+    """Whether a name begins with the letter of a symbol, or formulas have that for its quantity, alone or with a number."""
+    own = understand(name)
+    of_formulas = own is not None and re.sub(r"_?\d$", "", cell) in _OF_FORMULAS.get(own.quantity, ())
+    return cell[:1].casefold() == name[:1].casefold() or of_formulas
+
+
+def _described(cells: Sequence[str], names: Sequence[str], below: Sequence[str]) -> bool:
+    """Whether cells say in words what each name is, above the row of units: "elapsed time", "load cell" below "t", "F"."""
+    units = _units(below, names)
+    if units is None or not len(cells) == len(names) == len(units) or not _comments(cells, names, units):
+        return False
+    told = [understand(cell) is not None for cell in cells]
+    return sum(told) > 1 and all(own or not cell.strip() or _is_meter(cell) for own, cell in zip(told, cells, strict=True))
+
+
+def _is_meter(cell: str) -> bool:
+    """Whether a cell says what a capacitance is measured with, and at which frequency: "LCR meter, 1 kHz"."""
+    return _METER.fullmatch(without_conditions(cell)[0].strip(" ,;@")) is not None
 
 
 def _fits(name: str, unit: str) -> bool | None:
@@ -312,6 +339,8 @@ def _comments(cells: Sequence[str], names: Sequence[str], units: Sequence[str]) 
         if renamed or _is_reading(cell) or begins_with_unit(cell):
             return False
         # A remark, or the instrument: "measured", "Instron 5943".
+        if _is_meter(cell):
+            continue
         if unit_cell(f"({unit or '-'}) {cell}") is None and not all(instrument_words(cell.split())):
             return False
     return True

@@ -74,7 +74,7 @@ _OF_A_RUN = re.compile(
 )
 # Of which run a column is, before its name, as Logger Pro writes it: "Latest: Force (N)", "Data Set 1:Time(s)".
 _RUN_BEFORE = re.compile(
-    r"(?:latest|data ?set|datensatz|run|trial|test|measurement|messung|versuch|essai|mesure|prova|ensayo)"
+    r"(?:primary|secondary|latest|data ?set|datensatz|run|trial|test|measurement|messung|versuch|essai|mesure|prova|ensayo)"
     r"(?:[ _#]?(?P<index>\d{1,2}))?\s*:\s*(?P<name>.+)",
     re.IGNORECASE,
 )

@@ -256,3 +256,11 @@ def test_pages_of_several_specimens_are_asked_about(tmp_path: Path, title: str) 
 def test_pages_whose_time_begins_anew_are_asked_about(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="the file holds 4 specimens"):
         read_lab_file(paged(tmp_path, TITLES[0], "   ", back=True))
+
+
+@pytest.mark.parametrize("cell", ["#DIV/0!", "#WERT!", "#N/A", "#NV"])
+def test_the_reason_of_a_row_shows_what_a_spreadsheet_has_in_place_of_a_number(tmp_path: Path, cell: str) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{i * 0.1:.1f},{i * 0.01:.2f},{cell if i == 20 else f'{i * i * 0.001:.3f}'}" for i in range(40)]
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    assert read_lab_file(path).reasons[20] == f"no number, {cell}: force"

@@ -41,6 +41,8 @@ def assert_press(table: LabTable, step: float = 0.02) -> None:
         lambda i, x, f: f"t={0.02 * i:.2f} s, z={x:.3f} mm, F={f:.3f} N",
         lambda i, x, f: f"Time: {0.02 * i:.2f}s; Displacement: {x:.3f}mm; Force: {f:.3f}N",
         lambda i, x, f: f"time_s={0.02 * i:.2f}|disp_um={1e3 * x:.0f}|load_mN={1e3 * f:.1f}".replace("|", " | "),
+        lambda i, x, f: f"t_ms:\t{20 * i}\tforce_N:\t{f:.3f}\tdisp_mm:\t{x:.3f}",
+        lambda i, x, f: f"t_ms=  {20 * i:5d}  force_N= {f:6.3f}  disp_mm= {x:6.3f}",
         lambda i, x, f: f"time_s={0.02 * i:.2f}; disp_mm={x:.3f}; load_N={f:.3f}".replace(".", ","),
     ],
 )
@@ -91,3 +93,23 @@ def test_a_statistic_among_named_values_is_not_read(tmp_path: Path) -> None:
 def test_lines_above_a_table_that_name_values_make_no_rows(tmp_path: Path) -> None:
     above = [*(f"Pad: {k}, Height: {k}.5" for k in range(1, 7)), "Time (s),Extension (mm),Load (N)"]
     assert_press(read_lab_file(write(tmp_path, lambda i, x, f: f"{0.02 * i:.2f},{x:.3f},{f:.3f}", above)))
+
+
+@pytest.mark.parametrize("stamp", ["14:02:{:06.3f} ", "2024-03-05 14:02:{:06.3f}\t", "05.03.2024 14:02:{:06.3f}, "])
+def test_a_time_of_day_before_the_names_is_the_time(tmp_path: Path, stamp: str) -> None:
+    table = read_lab_file(write(tmp_path, lambda i, x, f: f"{stamp.format(0.02 * i)}disp={x:.3f} mm F={f:.3f} N"))
+    np.testing.assert_allclose(table.columns["time"] - table.columns["time"][0], 0.02 * np.arange(N), atol=1e-6)
+    np.testing.assert_allclose(table.columns["force"], LOAD, atol=6e-4)
+
+
+def test_units_in_capitals_behind_values_are_those_of_names_in_capitals(tmp_path: Path) -> None:
+    path = write(tmp_path, lambda i, x, f: f"14:02:{0.02 * i:06.3f} F= 1000.0 HZ C= {97 + f:.5f} PF V= 15.0 V")
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["capacitance"], (97 + np.array(LOAD)) * 1e-12, atol=1e-16)
+    assert any('"PF" is read as pF' in note for note in table.notes)
+
+
+def test_a_stamp_before_other_names_than_the_first_lines_have_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, lambda i, x, f: f"14:02:{0.02 * i:06.3f} " * (i != 30) + f"disp={x:.3f} mm F={f:.3f} N")
+    with pytest.raises(InputError, match="does not name the values"):
+        read_lab_file(path)

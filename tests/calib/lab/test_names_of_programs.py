@@ -224,6 +224,8 @@ def test_a_cell_longer_than_any_name_is_left_as_it_is() -> None:
         ("$C_p$ (pF)", "capacitance", "pF"),
         (r"$F_{\mathrm{z}}$ ($\mu$N)", "force", "μN"),
         ("timeMs", "time", "ms"),
+        ("timeSec", "time", "sec"),
+        ("Primary: Cp (F)", "capacitance", "F"),
         ("displacementMm", "displacement", "mm"),
         ("forceN", "force", "N"),
         ("capacitancePf", "capacitance", "pF"),

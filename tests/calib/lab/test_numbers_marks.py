@@ -106,6 +106,24 @@ def test_a_mark_that_is_stripped_now_and_then_makes_rows_unusable_or_the_column(
     assert all("decimal mark" in table.reasons[i] for i in bad)
 
 
+@pytest.mark.parametrize("nines", ["-999", "999"])
+def test_nines_among_numbers_with_a_mark_are_told_as_what_they_may_be(tmp_path: Path, nines: str) -> None:
+    n = 200
+    force = [nines if i in (50, 51, 52, 120) else f"{0.1 + i * 0.0123:.4f}" for i in range(n)]
+    times, depth = [f"{i * 0.1:.1f}" for i in range(n)], [f"{i * 0.0131:.4f}" for i in range(n)]
+    table = read_lab_file(written(tmp_path, "Time (s),Depth (mm),Force (N)", times, depth, force, sep=","))
+    assert [i for i, reason in enumerate(table.reasons) if reason] == [50, 51, 52, 120]
+    assert "stands for no reading, or has lost its decimal mark" in table.reasons[50]
+
+
+@pytest.mark.parametrize("quantity", ["Cp (pF)", "Force (N)"])
+def test_units_that_a_number_is_off_by_are_named_of_their_own_quantity_alone(tmp_path: Path, quantity: str) -> None:
+    cells = [f"{(97.3 + 0.01 * i) * (4.4482216 if i == 20 else 1):.4f}" for i in range(N)]
+    table = read_lab_file(written(tmp_path, f"Time (s),Depth (mm),{quantity}", TIME, DEPTH, cells, sep=","))
+    assert table.reasons[20]
+    assert ("N and lbf" in table.reasons[20]) == (quantity == "Force (N)")
+
+
 @pytest.mark.parametrize("power", [-3, -2, -1, 1, 2, 3])
 @pytest.mark.parametrize("quantity", ["time", "displacement", "force", "capacitance"])
 def test_a_mark_moved_in_one_cell_of_a_smooth_signal_makes_its_row_unusable(tmp_path: Path, quantity: str, power: int) -> None:
@@ -354,3 +372,58 @@ def test_columns_beside_that_show_two_marks_tell_nothing(tmp_path: Path) -> None
     warm, damp = ["22,1"] * N, ["45.2"] * N
     path = written(tmp_path, "Time (s);C (pF);Temp (°C);RH (%)", [str(i) for i in range(N)], comma(CAP), warm, damp)
     assert "--decimal" in refusal(path)
+
+
+def grouped(numbers: list[int], mark: str) -> list[str]:
+    return [f"{n:,}".replace(",", mark) for n in numbers]
+
+
+MS = [i * 50 for i in range(N)]
+DEPTH_UM = [i * 37 for i in range(N)]
+FORCE_MN = [round(0.9 * i * i) for i in range(N)]
+POSITION_UM = [14250 - um for um in DEPTH_UM]
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+@pytest.mark.parametrize(("mark", "other"), [(".", ","), (",", ".")])
+@pytest.mark.parametrize("plain_time", [True, False])
+def test_a_mark_of_thousands_in_one_column_is_no_decimal_mark_of_another_that_shows_none(
+    tmp_path: Path, sep: str, mark: str, other: str, plain_time: bool
+) -> None:
+    times = list(map(str, MS)) if plain_time else grouped(MS, mark)
+    columns = [times, grouped(POSITION_UM, mark), grouped(FORCE_MN, mark)]
+    quoted = [[f'"{cell}"' for cell in column] for column in columns]
+    path = written(tmp_path, sep.join(["Time (ms)", "Position (µm)", "Force (mN)"]), *quoted, sep=sep)
+    said = refusal(path)
+    assert "may be the decimal mark, and sets thousands apart in" in said
+    assert f'--decimal "{other}" if it sets thousands apart' in said
+    table = read_lab_file(path, Reading(decimal=other))
+    np.testing.assert_allclose(np.abs(table.columns["displacement"]), np.array(POSITION_UM) * 1e-6)
+    np.testing.assert_allclose(table.columns["force"], np.array(FORCE_MN) * 1e-3)
+
+
+def test_the_mark_that_is_said_is_that_of_open_columns_and_leaves_thousands_that_show(tmp_path: Path) -> None:
+    path = written(tmp_path, "Time (ms);Displacement (µm);Cp (pF)", grouped(MS, "."), grouped(DEPTH_UM, "."), CAP)
+    assert "Cp (pF)" in refusal(path)
+    table = read_lab_file(path, Reading(decimal="."))
+    assert capacitance(table) == [float(c) for c in CAP]
+    np.testing.assert_allclose(table.columns["displacement"], np.array(DEPTH_UM) * 1e-6)
+    assert not any("other columns" in note for note in table.notes)
+
+
+def test_no_decimal_mark_is_told_of_columns_that_have_thousands_alone(tmp_path: Path) -> None:
+    path = written(tmp_path, "Time (ms);Position (µm);Force (N)", grouped(MS, ","), grouped(DEPTH_UM, ","), DEPTH)
+    notes = read_lab_file(path, Reading()).notes
+    assert sum("sets thousands apart" in note for note in notes) == 2
+    assert not any("other columns" in note for note in notes)
+
+
+@pytest.mark.parametrize("sep", [",", ";"])
+def test_thousands_of_a_column_that_is_not_read_leave_the_mark_of_the_others_open(tmp_path: Path, sep: str) -> None:
+    count = [f"{990 + i}" if i < 10 else f"1.{i - 10:03}" for i in range(N)]
+    head = sep.join(["Scan count", "Time (s)", "Cp (pF)"])
+    path = written(tmp_path, head, count, [str(i) for i in range(N)], CAP, sep=sep)
+    assert 'sets thousands apart in "Scan count"' in refusal(path)
+    count = [str(990 + i) for i in range(N)]
+    path = written(tmp_path, ",".join(["Scan count", "Time (s)", "Cp (pF)"]), count, [str(i) for i in range(N)], CAP, sep=",")
+    assert capacitance(read_lab_file(path, Reading())) == [float(c) for c in CAP]

@@ -99,6 +99,23 @@ def test_few_rows_behind_a_blank_line_where_time_goes_back_are_left_out(tmp_path
     assert set(table.reasons[N:]) == {"behind a blank line time goes back: no row of the record above"}
 
 
+@pytest.mark.parametrize("title", [["Results Table 1"], []])
+@pytest.mark.parametrize("behind", [["1,4.123,0.987"], ["1,4.123,0.987", "Mean,4.123,0.987"]])
+def test_a_table_of_results_whose_rows_are_numbered_is_left_out(tmp_path: Path, title: list[str], behind: list[str]) -> None:
+    table = read(tmp_path, [HEAD, *lines(PRESS), "", *title, ",Maximum Load (N),Extension at Max (mm)", *behind])
+    assert_press(table)
+    assert not any(table.reasons)
+    assert any(f"a table of {len(behind)} row(s)" in note for note in table.notes)
+
+
+def test_a_table_below_the_rows_whose_rows_are_wider_than_its_names_is_no_such(tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        read(
+            tmp_path,
+            [HEAD, *lines(PRESS), "", "Results", ",Maximum Load (N),Extension at Max (mm)", "1,4.1,0.9,3.3", "2,4.0,0.8,3.1"],
+        )
+
+
 def test_last_readings_behind_a_blank_line_are_readings(tmp_path: Path) -> None:
     for n_behind in (1, 2):
         rows = lines(PRESS[:41])

@@ -130,6 +130,21 @@ def test_units_in_capitals_below_names_in_capitals_are_read_so_too(tmp_path: Pat
     np.testing.assert_allclose(read(tmp_path, "TIME,DISP,FORCE,CAP", *columns).columns["capacitance"], CAP * 1e-12)
 
 
+@pytest.mark.parametrize("name", ["C (PF)", "CP (PF)", "CP(PF)", "C_PF", "CP_PF"])
+@pytest.mark.parametrize("others", ["TIME (S),DISP (MM),FORCE (N)", "Time (s),Depth (mm),Force (N)"])
+def test_a_capacitance_by_its_symbol_is_in_picofarads_where_petafarads_are_written(
+    tmp_path: Path, others: str, name: str
+) -> None:
+    table = read(tmp_path, f"{others},{name}", T, D, F, C)
+    np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+    assert any('"PF" is read as pF' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["C (MF)", "CP (FF)", "Cap (PF)", "Cp (PF)"])
+def test_other_units_in_capitals_behind_a_symbol_are_asked_for(tmp_path: Path, name: str) -> None:
+    assert "did you mean" in refusal(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, C).faults[0].message
+
+
 @pytest.mark.parametrize("name", ["FORCE (MN)", "FORCE_MN"])
 def test_meganewtons_and_millinewtons_are_not_told_apart_by_capitals(tmp_path: Path, name: str) -> None:
     fault = refusal(tmp_path, f"TIME (S),DISP (MM),{name}", T, D, F).faults[0]
@@ -654,3 +669,11 @@ def test_a_plain_factor_behind_brackets_is_one(name: str) -> None:
 def test_a_number_of_a_channel_a_reach_or_a_frequency_is_no_factor(name: str) -> None:
     found = understand(name)
     assert found is None or not found.unit_doubt
+
+
+def test_a_unit_that_is_asked_for_as_the_file_has_it_is_no_other(tmp_path: Path) -> None:
+    notes = read(tmp_path, "Time (0.1 s),Depth (mm),Force (N)", T, D, F, units={"time": "0.1 s"}).notes
+    assert any("is read in 0.1 s as asked" in note for note in notes)
+    assert not any("though the file says" in note for note in notes)
+    notes = read(tmp_path, "Time (0.1 s),Depth (mm),Force (N)", T, D, F, units={"time": "s"}).notes
+    assert any("is read in s as asked, though the file says 0.1 s" in note for note in notes)

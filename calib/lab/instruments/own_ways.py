@@ -1,0 +1,85 @@
+"""From a sheet with numbers in ways of their own, `(0.004)`, `'0.5`, `9.7×10^-11`, to one with them as others write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
+from calib.lab.instruments.sheet import Sheet
+
+_NUMBER = r"[\d.,]*\d[\d.,]*"
+_MINUS = ("-", "\u2212", "\u2013")
+_SIGN = "[-+\u2212\u2013]"
+_TIMES_TEN = r"[×x*·\u22c5]\s?10\s?(?:\^|\*\*)"
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A way of writing numbers.
+
+    pattern : of a cell that is written so.
+    plain : such a cell -> the number as all others are written.
+    signs : whether it is one of writing the minus, beside which no cell may have it in front.
+    """
+
+    pattern: re.Pattern[str]
+    plain: Callable[[re.Match[str]], str]
+    signs: bool = False
+
+
+_WAYS = (
+    _Way(re.compile(rf"({_NUMBER})\s?[-\u2212\u2013]"), lambda m: f"-{m[1]}", signs=True),
+    _Way(re.compile(rf"\(\s?({_NUMBER})\s?\)"), lambda m: f"-{m[1]}", signs=True),
+    _Way(re.compile(rf"[-\u2212\u2013]\s+({_NUMBER}(?:[eE]{_SIGN}?\d+)?)"), lambda m: f"-{m[1]}", signs=True),
+    # The mark by which a spreadsheet keeps a cell as text.
+    _Way(re.compile(rf"['\u2019]({_SIGN}?{_NUMBER}(?:[eE]{_SIGN}?\d+)?)"), lambda m: m[1]),
+    _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s?{_TIMES_TEN}\s?\(?({_SIGN}?\d+)\)?"), lambda m: f"{m[1]}E{m[2]}"),
+    _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s+[eE]\s?({_SIGN}\d+)"), lambda m: f"{m[1]}E{m[2]}"),
+    # The point of British print.
+    _Way(re.compile(r"([-+\u2212\u2013]?\d+)[·\u22c5](\d+)"), lambda m: f"{m[1]}.{m[2]}"),
+)
+# What shows in some of the first cells that a column may have such.
+_SHOWS = re.compile(r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]")
+_SEEN = 2000
+# Blanks and apostrophes that set no thousands apart.
+_LOOSE = re.compile(r"^\s*(?:['\u2019]|[-+\u2212\u2013]\s)|\d\s+[eE]")
+# Cells so written that a column has at least: one may be damaged.
+_FEWEST = 3
+
+
+def with_plain_numbers(sheet: Sheet) -> Sheet:
+    """Write numbers as all others do, "-0.004" for "(0.004)" or "0.004-", where all odd cells of a column are of one such way.
+
+    Parameters
+    ----------
+    sheet : the record.
+    """
+    if sheet.text.typed:
+        return sheet
+    columns, notes = list(sheet.columns), []
+    for index, column in enumerate(sheet.columns):
+        found = _plain(column)
+        if found is not None:
+            columns[index], shown, number = found
+            notes.append(f'"{shown}" in "{sheet.names[index]}" is read as {number}, and so are all such cells')
+    return replace(sheet, columns=tuple(columns), notes=(*sheet.notes, *notes)) if notes else sheet
+
+
+def _plain(column: Sequence[str]) -> tuple[list[str], str, str] | None:
+    """The cells with plain numbers, and the first odd one as it was and is; None if there are none, or others."""
+    if not any(map(_SHOWS.search, column[:_SEEN])):
+        return None
+    odd = {*(not_numbers(column, len(column)) or []), *(r for r, cell in enumerate(column) if _LOOSE.search(cell))}
+    odd = {r for r in odd if not (is_missing(column[r]) or is_over_range(column[r]))}
+    for way in _WAYS:
+        numbers = {r: way.plain(m) for r in sorted(odd) if (m := way.pattern.fullmatch(column[r].strip())) is not None}
+        if len(numbers) < max(_FEWEST, len(odd)) or not all(map(is_numeric, numbers.values())):
+            continue
+        if way.signs and any(c.lstrip()[:1] in _MINUS and is_numeric(c) for r, c in enumerate(column) if r not in numbers):
+            continue  # written in two ways, one may be damage
+        first = next(iter(numbers))
+        cells = [numbers.get(r, cell) for r, cell in enumerate(column)]
+        return cells, column[first].strip(), cells[first]
+    return None
