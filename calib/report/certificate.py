@@ -274,7 +274,7 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         fingerprint=attrs.get(FINGERPRINT, ""),
         started=attrs.get("started", ""),
         ended=attrs.get("ended", ""),
-        unsaid=_unsaid(e.laboratory, e.instruments, origin.text, commit="commit" in attrs),
+        unsaid=_unsaid(e.laboratory, e.instruments, (e.sha256, origin.text), origin.inputs, commit="commit" in attrs),
         to_add=lines_to_add(e.laboratory, e.instruments, posterior.sweeps),
     )
     return replace(certificate, number=certificate_number(certified_content(certificate)))
@@ -418,7 +418,13 @@ def follows_from_itself(content: Mapping[str, Any]) -> dict[str, Any]:
         "meant": MEANT,
         "accreditation": NOT_ACCREDITED,
         "not_said": list(
-            _unsaid(laboratory, instruments, content["experiment"]["text"], commit="commit" in content["calibrated_with"])
+            _unsaid(
+                laboratory,
+                instruments,
+                (content["experiment"]["sha256"], content["experiment"]["text"]),
+                content["inputs"],
+                commit="commit" in content["calibrated_with"],
+            )
         ),
     }
 
@@ -515,11 +521,21 @@ def _name(name: str) -> str:
     return UnknownName.parse(name).label
 
 
-def _unsaid(laboratory: Laboratory, instruments: Sequence[Instrument], text: str | None, *, commit: bool) -> tuple[str, ...]:
-    """What a reader of a certificate may look for and does not find."""
+def _unsaid(
+    laboratory: Laboratory,
+    instruments: Sequence[Instrument],
+    experiment: tuple[str, str | None],
+    inputs: Sequence[Mapping[str, str]],
+    *,
+    commit: bool,
+) -> tuple[str, ...]:
+    """What a reader of a certificate may look for and does not find; of the experiment file are told its hash and text."""
     unsaid = list(missed_in(laboratory, instruments))
+    sha256, text = experiment
     if text is None:
         unsaid.append("the text of the experiment file, which is not there any more as it was")
+    if any(entry["what"] == "experiment" and entry["sha256"] != sha256 for entry in inputs):
+        unsaid.append("the experiment files of the other models that are averaged, whose hashes stand among the inputs")
     if not commit:
         unsaid.append("the commit of the program, which ran from no clone or before commits were kept")
     return tuple(unsaid)

@@ -60,7 +60,9 @@ async def look(request: Request) -> Response:
 def _look(space: Workspace, keys: Keys, folder: Path, name: str) -> dict[str, Any]:
     run = viewing.run_in(folder)
     experiment = run.posterior.experiment
-    names = keys.names()
+    names, made = keys.names(), _made(keys, folder)
+    signed = "" if made is None else made["key"].removesuffix(".pub")
+    chosen = next((name for name in names if signed and name.removesuffix(".key") == signed), "")  # as it was signed before
     return {
         "verdict": run.verdict,
         "status": status_in_words(run.verdict),
@@ -71,11 +73,13 @@ def _look(space: Workspace, keys: Keys, folder: Path, name: str) -> dict[str, An
         "missed": missed_in(experiment.laboratory, experiment.instruments),
         "lines": lines_to_add(experiment.laboratory, experiment.instruments, run.posterior.sweeps),
         "changed": _changed(space, experiment),
+        "members": [member.name for member in run.members],
         "resumed": typed(["calibrate", space.experiment.name, "-o", name, "--resume"]),
         "keys": [(one, keys.note(one)) for one in names],
         "new_key": space.free_name("lab", ".key").removesuffix(".key"),
-        "command": _command(name, ""),
-        "made": _made(keys, folder),
+        "chosen": chosen,
+        "command": _command(name, chosen),
+        "made": made,
         "files": [(one, _ABOUT[one]) for one in CERTIFICATES if (folder / one).is_file()],
     }
 
