@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.clock_cells import is_clock
-from calib.lab.instruments.header import DELIMITERS, split_blanks, split_line, width_of_row
+from calib.lab.instruments.header import DELIMITERS, SAID_BY_NUMBER, split_blanks, split_line, width_of_row
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
 from calib.lab.instruments.lines import (
@@ -100,8 +100,7 @@ def _without_rows(sheet: Sheet) -> Fault:
     else:
         message = f"the names are not understood as those of the {width} columns of numbers that begin in line {row}"
         advice = (
-            "Say of each column by its number what it is, and its unit, for example --columns time=1 --columns displacement=2 "
-            "--columns force=3 --units time=s --units displacement=mm --units force=N; or write names such as "
+            f"Say of each column by its number what it is, and its unit, for example {SAID_BY_NUMBER}; or write names such as "
             f'{EXAMPLE["time"]}", "{EXAMPLE["displacement"]}", "{EXAMPLE["force"]}", "{EXAMPLE["capacitance"]}"'
         )
     return Fault(message, sheet.text.path, sheet.header_line, advice=advice)

@@ -355,6 +355,12 @@ def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: S
     return rows
 
 
+#: What may be said of the columns of a file whose names are not understood, as an example.
+SAID_BY_NUMBER = (
+    "--columns time=1 --columns displacement=2 --columns force=3 --units time=s --units displacement=mm --units force=N"
+)
+
+
 def no_header(text: LabText) -> Fault:
     """The fault of a file without a header that is understood, with what seems to be one."""
     seen = _likely_header(text)
@@ -395,7 +401,7 @@ def no_header(text: LabText) -> Fault:
         text.path,
         seen[0] if seen else first + 1,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        + (_by_number(width) if width else f"(--columns force=... --units force=...). Understood are {advice}"),
+        + (_by_number(width) if width else f"(by name or number: {SAID_BY_NUMBER}). Understood are {advice}"),
     )
 
 

@@ -255,7 +255,7 @@ def test_words_before_all_names_that_change_them_are_not_passed_by(tmp_path: Pat
 
 def test_of_names_that_are_not_understood_above_rows_of_numbers_it_is_said_what_leads_on(tmp_path: Path) -> None:
     path = written(tmp_path, "XX Time(s),YY Displacement(mm),ZZ Force(N)")
-    with pytest.raises(InputError, match="names are not understood as those of the 3 columns") as error:
+    with pytest.raises(InputError, match="no header row with column names that are understood") as error:
         read_lab_file(path)
     assert "--columns time=1" in str(error.value)
     said = Reading(
