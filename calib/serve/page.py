@@ -204,7 +204,13 @@ def in_words(faults: Sequence[Fault], space: Workspace) -> list[str]:
     faults : what was found.
     space : the folder.
     """
-    return [visible(str(fault)).replace(f"{space.folder}/", "") for fault in faults]
+    found = []
+    for fault in faults:
+        text = visible(str(fault)).replace(f"{space.folder}/", "")
+        if fault.path is None and text.split(" ", 1)[0].isalpha():  # no key of a file
+            text = f"{text[0].upper()}{text[1:]}"
+        found.append(text if text.endswith((".", "?", ")", "`", '"')) else f"{text}.")
+    return found
 
 
 async def not_understood(request: Request, error: Exception) -> Response:

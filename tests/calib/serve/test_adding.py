@@ -64,7 +64,7 @@ def test_another_specimen_is_paired_tied_asked_for_and_added(work: Work) -> None
     assert 'value="same"' in seen
     assert "selected>5 mm radius" not in seen  # the ball is asked, and not taken for granted
     everything = refused(work, **SECOND, sensor_thickness="0.7", of="new", specimen="")
-    for said in ("which ball pressed", "belong together", "what is the new specimen called"):
+    for said in ("Which ball pressed", "belong together", "What is the new specimen called"):
         assert said in everything
     assert "has no unit" in refused(work, **{**NEW, "ball": "another", "radius": "3"})
     assert "must be positive" in refused(work, **{**NEW, "ball": "another", "radius": "-3 mm"})
@@ -104,7 +104,7 @@ def test_the_commands_that_are_shown_draft_the_specimen_that_the_page_adds(work:
 def test_another_press_with_another_ball_stands_beside_the_first(work: Work) -> None:
     given = {**SECOND, "of": "=sensor 1", "ball": "another", "radius": "3 mm"}
     assert "would be called" in refused(work, **given, press="a", first="a")
-    assert "what is this press called" in refused(work, **given, press="")
+    assert "What is this press called" in refused(work, **given, press="")
     assert put(work, **given, press="ball 3 mm", first="ball 5 mm").status_code == 303
     text = work.space.text
     own = tomllib.loads(text)["specimens"]

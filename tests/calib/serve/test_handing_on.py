@@ -225,7 +225,7 @@ def test_a_key_is_one_of_the_list_wherever_it_lies(work: Work, tmp_path: Path) -
     (space.folder / "link.key").symlink_to(outside)
     for name in (str(outside), "../keys/lab.key", "link.key", "run/../lab.key", "/etc/passwd", "experiment.toml", "\x00"):
         answer = page.post("/certificate/issue", data={"name": "run", "key": name}, headers=SCRIPT)
-        assert "the page has no key" in faults(answer), name
+        assert "The page has no key" in faults(answer), name
     begun = let_in(space, Keys(space, {outside: key}))
     assert str(outside) in ok(begun.get("/certificate/look?name=run"))
     ok(begun.post("/certificate/issue", data={"name": "run", "key": str(outside)}))

@@ -356,11 +356,11 @@ def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_
         (["sensor", "electrode_radius"], {"known": "measured"}, "nothing says what was measured"),
     ]
     for at, said, why in refused:
-        assert why in decide(page, at, 422, **said)
+        assert why in decide(page, at, 422, **said).lower()
     assert decide(page, thickness, 409, known="stands", was="3")
     assert space.text == kept
     page.post("/experiment/put", data={"at": json.dumps(thickness), "kind": "fixed", "number0": "1 mm"}, headers=SCRIPT)
-    assert "a prior that is fixed is not made wider here" in decide(page, thickness, 422, known="stands", wider="2")
+    assert "A prior that is fixed is not made wider here" in decide(page, thickness, 422, known="stands", wider="2")
 
 
 def test_a_number_without_end_is_said_beside_its_field_and_breaks_no_page(page: TestClient, space: Workspace) -> None:
@@ -753,7 +753,7 @@ def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) ->
     # Nothing is advised for a load that the page refuses to show.
     before = (space.folder / "run" / "recommendation.json").read_bytes()
     refused = built.page.post("/padding/advise", data={"name": "run", "force": "0.001 N"})
-    assert (refused.status_code, "the load must lie between" in refused.text) == (422, True)
+    assert (refused.status_code, "The load must lie between" in refused.text) == (422, True)
     assert (space.folder / "run" / "recommendation.json").read_bytes() == before
 
 
