@@ -272,9 +272,7 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
     there = np.all(np.isfinite(log_slopes), axis=1)
     values = values_at(space.problem, np.where(there[:, None], theta, 0.0))
     models = list(model_sweeps(space.problem, space.problem.forward, space.problem.plans, values))
-    for model in models:
-        there &= model.covered
-    if not there[0]:
+    if not there[0] or not all(model.covered[0] for model in models):
         return None
     gradient, information = np.zeros(x.size), np.zeros((x.size, x.size))
 
@@ -295,7 +293,7 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         specimen = plans[some.repeats.places[0]].sweep.specimen
         columns, rows = ways.of_specimens[specimen if space.scopes.specimens else ""]
         found = (np.cumsum(some.covered) - 1)[rows]  # of each draw among those that are covered
-        known = there[rows]
+        known = (there & some.covered)[rows]  # others may stand at an end of the range
         wide = np.flatnonzero(np.isin(columns, scales))
         chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
         channel = some.readings

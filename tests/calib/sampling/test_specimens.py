@@ -76,6 +76,33 @@ def test_a_specimen_that_cannot_be_costs_the_others_nothing(space: Coordinates, 
     np.testing.assert_array_equal(np.delete(after, 3), np.delete(before, 3))
 
 
+def _at_the_end(space: Coordinates, x: FloatArray, specimen: int, unknown: int, way: float) -> FloatArray:
+    """x with an unknown of a specimen moved up (1) or down (-1) to the last place that the forward model covers."""
+    column = list(space.scopes.specimens.values())[specimen][unknown]
+    inside, outside = 0.0, 40.0
+    for _ in range(60):
+        middle = (inside + outside) / 2
+        moved = x.copy()
+        moved[column] += way * middle
+        covered = np.isfinite(space.log_parts(moved[None])[0, specimen + 1])
+        inside, outside = (middle, outside) if covered else (inside, middle)
+    moved = x.copy()
+    moved[column] += way * inside
+    return moved
+
+
+def test_specimens_at_both_ends_of_the_range_do_not_hide_the_slopes_of_the_others(space: Coordinates, x: FloatArray) -> None:
+    unknown = 1
+    moved = _at_the_end(space, _at_the_end(space, x, 0, unknown, 1.0), 1, unknown, -1.0)
+    before, after = slopes_at(space, x, 1.0), slopes_at(space, moved, 1.0)
+    assert before is not None
+    assert after is not None
+    assert np.all(np.diagonal(after[1]) > 0.5)  # of the prior alone 1, where no reading tells more
+    own = list(space.scopes.specimens.values())[2]
+    np.testing.assert_allclose(after[0][own], before[0][own], rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(after[1][np.ix_(own, own)], before[1][np.ix_(own, own)], rtol=1e-6)
+
+
 @pytest.mark.parametrize("power", [1e-3, 1.0])
 def test_steps_along_all_specimens_at_once_tell_the_slopes_along_each(space: Coordinates, x: FloatArray, power: float) -> None:
     each = replace(space, scopes=Scopes(np.arange(x.size), {}))
