@@ -156,7 +156,7 @@ def _blocks(
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
             continue
-        of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(row).strip()) is not None
+        of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(" ".join(row).split())) is not None
         kind = "text" if i < head or of_page else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False

@@ -77,7 +77,7 @@ def test_a_specimen_that_cannot_be_costs_the_others_nothing(space: Coordinates, 
 
 
 def _at_the_end(space: Coordinates, x: FloatArray, specimen: int, unknown: int, way: float) -> FloatArray:
-    """x with an unknown of a specimen moved up (1) or down (-1) to the last place that the forward model covers."""
+    """X with an unknown of a specimen moved up (1) or down (-1) to the last place that the forward model covers."""
     column = list(space.scopes.specimens.values())[specimen][unknown]
     inside, outside = 0.0, 40.0
     for _ in range(60):
