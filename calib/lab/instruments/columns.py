@@ -19,6 +19,7 @@ from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.conventions import conventions
+from calib.lab.instruments.even_steps import even_steps
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_records
@@ -303,8 +304,10 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     still = stalled(sheet, columns, usable, reading)
     if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
         raise InputError(faults)
-    for quantity, lost in still.lost.items():
-        usable[quantity][list(lost)] = np.nan
+    filled = even_steps(sheet, columns, usable, reading)
+    for left_out in (still.lost, filled):
+        for quantity, lost in left_out.items():
+            usable[quantity][list(lost)] = np.nan
     zeros = another_zero(sheet, columns, usable, reading)
     faults = [*zeros.faults] or only_changes(sheet, usable, places, reading)
     if not faults and "time" in usable:
@@ -314,7 +317,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         raise InputError(_with_a_way_out(faults, choice.chosen))
     notes += contradicted.notes
     notes += [*still.notes, *zeros.notes]
-    for left_out in (contradicting, still.lost, zeros.lost):
+    for left_out in (contradicting, still.lost, filled, zeros.lost):
         for quantity, lost in left_out.items():
             for r, why in lost.items():
                 _append(reasons, r, why)

@@ -107,7 +107,7 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
         asleep = _asleep(rows, y, column.quantity, values) if column.quantity in ("displacement", "force") else None
         if asleep is not None:
             _tell_asleep(sheet, column, int(rows[0]), *asleep, reading, told)
-        written = _last_digit(sheet.columns[column.index], rows) * column.factor
+        written = last_digit(sheet.columns[column.index], rows) * column.factor
         for order in (rows, rows[::-1]) if asleep is None else (rows[::-1],):
             inmost = _filled_from(order, y, column.quantity, others, written)
             if inmost is not None:
@@ -266,8 +266,14 @@ def _moved(v: FloatArray | None, rows: IntArray) -> bool:
     return abs(float(np.median(there[-3:]) - np.median(there[:3]))) > _NOISES * noise_of(there)
 
 
-def _last_digit(cells: Sequence[str], rows: IntArray) -> float:
-    """The last digit of the numbers of a column as they are written; infinite where they are no plain numbers."""
+def last_digit(cells: Sequence[str], rows: IntArray) -> float:
+    """The last digit of the numbers of a column as they are written; infinite where they are no plain numbers.
+
+    Parameters
+    ----------
+    cells : of the column.
+    rows : that have a reading.
+    """
     powers: list[int] = []
     for row in rows[:: max(1, rows.size // _CELLS)].tolist():
         try:
