@@ -9,13 +9,15 @@ from dataclasses import replace
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Scaling, Sheet
-from calib.lab.instruments.stated import OF_OTHERS, SCALE, quantity_of
+from calib.lab.instruments.stated import OF_OTHERS, SCALE, quantity_of, stated_factors
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.vocabulary import words
 
 # Lines above a header and below a table that may speak of it, and rows at either end of it that are none.
 _BESIDE = 200
 _LONGEST = 40
+# How many times longer than its neighbour a step of the clock may be where a reading goes on.
+_EVEN = 3.0
 _FACTOR = (
     rf"{SCALE}|skalierung(?:en)?|multiplicadore?s?|slopes?|pentes?|steigung(?:en)?|pendenz[ae]|pendientes?|helling|"
     r"nachylenie|斜率|傾き"
@@ -52,13 +54,16 @@ def with_scalings(sheet: Sheet, names_at: Sequence[int], start: int) -> Sheet:
 
     def take(numbers: Sequence[int], *, until_a_row: bool) -> None:
         for number in numbers:
-            stated = dict(_of_row(sheet, number, alone=below <= number <= start))
             row = row_of.get(number)
+            beside = row is not None and _is_beside(sheet, number, row)
+            stated = dict(_beside(sheet, number) if beside else _of_row(sheet, number, alone=below <= number <= start))
             if until_a_row and row is not None and not stated and row not in sheet.reasons:
                 return
             for index, scaling in stated.items():
                 found.setdefault(index, []).append(scaling)
-            if stated and row is not None:
+            if beside and until_a_row:
+                return
+            if stated and not beside and row is not None:
                 rows[row] = f"no reading: {next(iter(stated.values())).words} states factors or offsets of the columns"
 
     above = range(max(first - _BESIDE, 0) + 1, first + 1)
@@ -103,6 +108,46 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
         value = _number(cells[index + shift]) if index + shift < len(cells) else None
         if value is not None:
             yield index, Scaling(number, shown, kind, value)
+
+
+def _label_beside(sheet: Sheet, number: int) -> tuple[list[str], int] | None:
+    """The cells of a line, and the first with words if it is to the right of all columns that are understood; else None."""
+    cells = [c.strip() for c in split_line(sheet.text.lines[number - 1], sheet.delimiter)]
+    label = next((i for i, c in enumerate(cells) if c and _number(c) is None), 0)
+    return (cells, label) if label > max(sheet.headings, default=len(cells)) else None
+
+
+def _is_beside(sheet: Sheet, number: int, row: int) -> bool:
+    """Whether a row is a reading with words beside it, to the right of the table: its clock goes on as in the next rows."""
+    clock = next((i for q in ("time", "displacement") for i, h in sheet.headings.items() if h.quantity == q), None)
+    n = len(sheet.lines)
+    if clock is None or n < 3 or _label_beside(sheet, number) is None:
+        return False
+    near = sheet.lines[row : row + 3] if row + 3 <= n else sheet.lines[row - 2 : row + 1]
+    rows = [split_line(sheet.text.lines[line - 1], sheet.delimiter) for line in near.tolist()]
+    first, second, third = (_number(cells[clock].strip()) if clock < len(cells) else None for cells in rows)
+    if first is None or second is None or third is None:
+        return False
+    steps = sorted((second - first, third - second))
+    return steps[0] > 0 and steps[1] <= _EVEN * steps[0]
+
+
+def _beside(sheet: Sheet, number: int) -> Iterator[tuple[int, Scaling]]:
+    """What words to the right of a reading, and the number behind them, state of the columns: "force gain | 10"."""
+    found = _label_beside(sheet, number)
+    if found is None:
+        return
+    cells, label = found
+    words_of, value = cells[label], next((v for c in cells[label + 1 :] if (v := _number(c)) is not None), None)
+    kind = _kind(words_of)
+    if value is None or not kind:
+        return
+    named = quantity_of(words_of)
+    of = {named} if kind == "offset" and named is not None else set(stated_factors([f"{words_of}: {value:g}"]))
+    for index, heading in sheet.headings.items():
+        quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity)
+        if quantity in of or ("" in of and quantity != "time"):
+            yield index, Scaling(number, f'"{words_of}" beside the table', kind, value)
 
 
 def _is_of_factors(sheet: Sheet, cells: Sequence[str]) -> bool:

@@ -51,6 +51,21 @@ _OTHERWISE = (
     re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*[*×]\s*[^\W\d].*", re.IGNORECASE),
 )
 _PRODUCTS = _OTHERWISE[-2:]
+# "gain x10 not corrected in capacitance column", "amplifier gain 10 not yet divided out of force": what was left to be done.
+_NOT_DONE = re.compile(
+    r"\b(?:not|never|nicht|non|pas|sin|no)\b(?: (?:yet|been|noch|be|ancora|encore))* (?:correct|divid|appli|compensat|account|"
+    r"remov|includ|consider|taken|multipl|scal|convert|korrigi|kompensi|berücksichtig|angew|verrechn|corrig|appliq|compens)\w*|"
+    r"\b(?:uncorrected|unkorrigiert|noch nicht)\b",
+    re.IGNORECASE,
+)
+# "data normalised to maximum", "force normalized": numbers without a unit.
+_NORMALISED = re.compile(
+    r"(?P<what>.*?)\b(?:normali[sz]ed|normiert|normalisiert|normalisée?s?|normalizad[oa]s?|normalizzat[oaie])\b(?P<rest>.*)",
+    re.IGNORECASE,
+)
+_NOT_NORMALISED = re.compile(
+    r"\b(?:not|un|nicht|non|pas|no|temperature|by (?:area|thickness))\b|normali\w+\s*[:=]", re.IGNORECASE
+)
 # "1 count = 0.01 N", "in units of 10 mN": numbers that are not in the unit itself.
 _COUNTS = re.compile(
     r"(?:\b1\s*(?:count|unit|digit|lsb|division|div|skt|einheit|step|schritt)\s*(?:=|≙|is|corresponds to|entspricht)\s*|"
@@ -61,7 +76,7 @@ _COUNTS = re.compile(
 _STEPS_OF_READING = re.compile(r"resol|auflös|précision|risol|least|smallest", re.IGNORECASE)
 #: Factors of something else than the readings.
 OF_OTHERS = re.compile(
-    r"full[ -]*scales?(?! *fac)|pleine *échelle|fondo *scala|fondo de *escala|"
+    r"full[ -]*scales?(?! *fac)|\bscale[ -]?bars?\b|pleine *échelle|fondo *scala|fondo de *escala|"
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
     r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
     r"plot|graph|chart|axis|stress|strain|time(?!s)|rate|speed|print|colou?r|grey|gray|image|video|camera|friction|"
@@ -80,7 +95,8 @@ _UNITS = re.compile(
     re.I,
 )
 _RANGE = re.compile(
-    r"\b(?:range|gain|scale|scaling|factor|calib\w*|load ?cell|amplifier|messbereich|bereich|faktor|verstärkung|umgeschaltet)\b"
+    r"\b(?:range|gain|scale(?![ -]?bar)|scaling|factor|calib\w*|load ?cell|amplifier|messbereich|bereich|faktor|verstärkung|"
+    r"umgeschaltet)\b"
     r"|量程|レンジ|倍率",
     re.I,
 )
@@ -131,7 +147,7 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
     """
     found: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines, first):
-        if len(line) <= _LONGEST and any(c.isdigit() for c in line):
+        if len(line) <= _LONGEST and (any(c.isdigit() for c in line) or _NORMALISED.match(line)):
             for quantity in _factors_of(line.strip(" \t,;#%\"'")):
                 found.setdefault(quantity, (line.strip()[:60], number))
     return MappingProxyType(found)
@@ -142,6 +158,17 @@ def _factors_of(line: str) -> tuple[str, ...]:
     told = _BY.search(line)
     if told is not None and not _is_one(told["number"]) and not OF_OTHERS.search(line[: told.start("number")]):
         return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)
+    normalised = _NORMALISED.match(line)
+    if normalised is not None:
+        of = next((q for part in (normalised["what"], normalised["rest"]) if (q := quantity_of(part))), None)
+        everything = _ALL.search(line) is not None or not normalised["what"].strip()
+        return () if _NOT_NORMALISED.search(line) or (of is None and not everything) else (of or "",)
+    left = _NOT_DONE.search(line)
+    if left is not None and (word := _SCALE_WORD.search(line)) is not None and not OF_OTHERS.search(line):
+        number = re.search(_NUMBER, line[word.end() :])
+        if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(word[0]) is None:
+            rest = line[word.end() :][number.end() :]
+            return (next((q for part in (rest, line[: word.start()]) if (q := quantity_of(part))), ""),)
     counts = _COUNTS.search(line)
     if counts is not None and not _STEPS_OF_READING.search(line):
         return tuple(q for q in _QUANTITIES[:3] if is_unit_of(counts["unit"], q) and not _is_one(counts["number"]))

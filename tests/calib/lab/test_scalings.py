@@ -110,3 +110,58 @@ def test_a_factor_of_a_column_that_is_not_read_asks_nothing(tmp_path: Path) -> N
     lines = ["Channel,Time,Displacement,Force,Temperature", "Unit,s,mm,N,C", "Scale,1,1,1,0.1", *counted(rows)]
     table = read_lab_file(written(tmp_path, lines))
     np.testing.assert_allclose(table.columns["force"][-N:], FORCE, atol=1e-4)
+
+
+def with_beside(label: str, number: str, row: int = 0) -> list[str]:
+    return [f"{NAMED[0]},,,", *(f"{line},,{label},{number}" if k == row else f"{line},,," for k, line in enumerate(ROWS))]
+
+
+@pytest.mark.parametrize("row", [0, N - 1])
+@pytest.mark.parametrize("label", ["slope N/mm", "slope", "slope pF/N", "offset (N)", "scale bar"])
+def test_a_result_to_the_right_of_the_table_is_no_factor_and_costs_no_row(tmp_path: Path, label: str, row: int) -> None:
+    table = read_lab_file(written(tmp_path, with_beside(label, "4.2", row)))
+    assert not any(table.reasons)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("column 5" in unread.what for unread in table.unread)
+
+
+@pytest.mark.parametrize("label", ["gain", "force gain", "load scale factor", "force offset"])
+def test_a_factor_to_the_right_of_the_table_is_asked_about_with_its_own_number(tmp_path: Path, label: str) -> None:
+    with pytest.raises(InputError, match=rf"{label}") as error:
+        read_lab_file(written(tmp_path, with_beside(label, "10")))
+    assert not any(f.message.endswith("of 0") or "factor of 0:" in f.message for f in error.value.faults)
+
+
+def test_factors_before_their_word_are_still_asked_about(tmp_path: Path) -> None:
+    lines = [f"{NAMED[0]},,", "1,1,10,,Scale", *(f"{line},," for line in ROWS)]
+    with pytest.raises(InputError, match="states a factor of 10"):
+        read_lab_file(written(tmp_path, lines))
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "# gain x10 not corrected in force column",
+        "# amplifier gain 10 not yet divided out of force",
+        "Load cell gain 10 nicht korrigiert",
+        "# data normalised to maximum",
+        "Force normalized to peak",
+    ],
+)
+def test_what_was_not_done_yet_to_readings_is_asked_about(tmp_path: Path, above: str) -> None:
+    with pytest.raises(InputError, match='states a factor: the readings of column "Force'):
+        read_lab_file(written(tmp_path, [above, *NAMED, *ROWS]))
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "# temperature not corrected",
+        "# gain 1 not corrected",
+        "# data not normalised",
+        "Normalised: no",
+        "# file names normalised",
+    ],
+)
+def test_what_changes_no_reading_asks_nothing(tmp_path: Path, above: str) -> None:
+    np.testing.assert_allclose(read_lab_file(written(tmp_path, [above, *NAMED, *ROWS])).columns["force"], FORCE, atol=1e-4)
