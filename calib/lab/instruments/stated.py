@@ -164,11 +164,11 @@ def _factors_of(line: str) -> tuple[str, ...]:
         everything = _ALL.search(line) is not None or not normalised["what"].strip()
         return () if _NOT_NORMALISED.search(line) or (of is None and not everything) else (of or "",)
     left = _NOT_DONE.search(line)
-    if left is not None and (word := _SCALE_WORD.search(line)) is not None and not OF_OTHERS.search(line):
-        number = re.search(_NUMBER, line[word.end() :])
-        if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(word[0]) is None:
-            rest = line[word.end() :][number.end() :]
-            return (next((q for part in (rest, line[: word.start()]) if (q := quantity_of(part))), ""),)
+    if left is not None and (scale := _SCALE_WORD.search(line)) is not None and not OF_OTHERS.search(line):
+        number = re.search(_NUMBER, line[scale.end() :])
+        if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(scale[0]) is None:
+            rest = line[scale.end() :][number.end() :]
+            return (next((q for part in (rest, line[: scale.start()]) if (q := quantity_of(part))), ""),)
     counts = _COUNTS.search(line)
     if counts is not None and not _STEPS_OF_READING.search(line):
         return tuple(q for q in _QUANTITIES[:3] if is_unit_of(counts["unit"], q) and not _is_one(counts["number"]))
