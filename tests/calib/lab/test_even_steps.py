@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from turning_press import observed, turning_press
 
+from models.sensor import FloatArray
+
 PRESS = turning_press()
 
 
-def _filled(quantity: str, first: int, last: int) -> dict[str, np.ndarray]:
+def _filled(quantity: str, first: int, last: int) -> dict[str, FloatArray]:
     values = PRESS.columns[quantity].copy()
     values[first : last + 1] = np.linspace(values[first], values[last], last + 1 - first)
     return PRESS.columns | {quantity: values}
@@ -45,6 +47,7 @@ def test_counts_of_a_converter_that_go_up_one_by_one_are_none(tmp_path: Path, co
 
 def test_of_a_channel_without_noise_nothing_tells_them(tmp_path: Path) -> None:
     depth = np.clip(np.concatenate([np.linspace(0, 1, 150), np.linspace(1, 0, 150)]) - 0.1, 0, None)
-    columns = {"time": 0.1 * np.arange(300), "displacement": depth + 0.1, "force": np.round(4 * depth, 4)}
-    obs = observed(tmp_path, columns)
+    force: FloatArray = np.asarray(np.round(4 * depth, 4), dtype=float)
+    time: FloatArray = 0.1 * np.arange(300.0)
+    obs = observed(tmp_path, {"time": time, "displacement": depth + 0.1, "force": force})
     assert not any("even steps" in why for why in obs.reason)
