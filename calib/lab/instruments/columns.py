@@ -304,7 +304,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     still = stalled(sheet, columns, usable, reading)
     if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
         raise InputError(faults)
-    filled = even_steps(sheet, columns, usable, reading)
+    filled = even_steps(sheet, [c for c in columns if c not in rounded], usable, reading)
     for left_out in (still.lost, filled):
         for quantity, lost in left_out.items():
             usable[quantity][list(lost)] = np.nan

@@ -123,7 +123,7 @@ def _is_beside(sheet: Sheet, number: int, row: int) -> bool:
     n = len(sheet.lines)
     if clock is None or n < 3 or _label_beside(sheet, number) is None:
         return False
-    near = sheet.lines[row : row + 3] if row + 3 <= n else sheet.lines[row - 2 : row + 1]
+    near = sheet.lines[min(row, n - 3) :][:3]
     rows = [split_line(sheet.text.lines[line - 1], sheet.delimiter) for line in near.tolist()]
     first, second, third = (_number(cells[clock].strip()) if clock < len(cells) else None for cells in rows)
     if first is None or second is None or third is None:

@@ -130,7 +130,7 @@ def test_a_red_model_makes_the_average_red_if_it_counts(given: Posterior, log_ev
     verdict = judge_posterior(mixed)
     assert verdict.colour == colour
     if colour == "red":
-        assert verdict.reasons[0].finding == "under b the model does not describe the force"
+        assert verdict.reasons[0].finding == "under b: the model does not describe the force"
 
 
 def test_what_speaks_against_every_model_is_said_once(given: Posterior) -> None:

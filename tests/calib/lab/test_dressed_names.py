@@ -82,7 +82,7 @@ def test_names_that_are_not_understood_above_rows_of_numbers_are_shown_and_can_b
         read_lab_file(path)
     assert "no row of numbers" not in str(caught.value)
     assert names[2] in str(caught.value)
-    assert "--columns force=... --units force=..." in str(caught.value)
+    assert "by name or number: --columns time=1" in str(caught.value)
     quantities = ("time", "displacement", "force")
     units = {"time": "s", "displacement": "mm", "force": "N"}
     assert_press(read_lab_file(path, Reading(columns=dict(zip(quantities, names, strict=True)), units=units)))
