@@ -113,15 +113,13 @@ def _inputs(folder: Path, name: str, run: Run) -> list[Input]:
     path = (run.folder / POSTERIOR).absolute()
     listing = read_listing(run.folder)
     of_run = () if listing is None else listing.inputs
-    kept = {"experiment": run.folder / EXPERIMENT} if (run.folder / EXPERIMENT).is_file() else {}
-    below = [
-        replace(
-            entry,
-            file=str(kept[entry.what].absolute()) if entry.what in kept else entry.file,
-            from_run=seen_from(folder, kept.get(entry.what, run.folder / entry.from_run)),
-        )
-        for entry in of_run
-    ]
+    kept = run.folder / EXPERIMENT
+    below = []
+    for entry in of_run:
+        if entry.what == "experiment" and kept.is_file():
+            below.append(replace(entry, file=str(kept.absolute()), from_run=seen_from(folder, kept)))
+        else:
+            below.append(replace(entry, from_run=seen_from(folder, run.folder / entry.from_run)))
     return [Input(f"posterior of {name}", str(path), seen_from(folder, path), run.posterior_sha256), *below]
 
 

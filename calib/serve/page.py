@@ -213,6 +213,11 @@ def in_words(faults: Sequence[Fault], space: Workspace) -> list[str]:
     return found
 
 
+def asked_by_script(request: Request) -> bool:
+    """Whether a script of the page waits for an answer, not the browser for the next page."""
+    return "application/json" in request.headers.get("accept", "")
+
+
 async def not_understood(request: Request, error: Exception) -> Response:
     """Answer a request that cannot be served as it is, with everything that is wrong with it.
 
@@ -305,7 +310,7 @@ async def defect(request: Request, error: Exception) -> Response:
 
 
 def _refused(request: Request, status: int, said: Sequence[str], *, unchanged: bool = True) -> Response:
-    if "application/json" in request.headers.get("accept", ""):
+    if asked_by_script(request):
         return JSONResponse({"faults": list(said)}, status)
     if request.headers.get("x-part") == "1":
         return HTMLResponse(_templates().get_template("faults.html.j2").render(faults=said), status)

@@ -116,19 +116,19 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     )
     sheet = replace(sheet, set_aside=raw_counts(sheet))
     above = (*_rows_above(sheet, reading), *units_notes, *again_notes, *named_above)
+    written = split_line(text.lines[header], delimiter)
     if listed is not None:
         one = listed.first == listed.last
         where = f"line {listed.first + 1} lists" if one else f"lines {listed.first + 1} to {listed.last + 1} list"
         above = (*above, f"the names of the columns are those that {where} by number")
-    elif names[0] == ROW_NAMES and len(names) == len(split_line(text.lines[header], delimiter)) + 1:
+    elif names[0] == ROW_NAMES and len(names) == len(written) + 1:
         above = (*above, f"rows have a cell more than line {header + 1}, the first: their names, as R and pandas write them")
-    elif (words := common_words(written := split_line(text.lines[header], delimiter)))[1] == names != written:
+    elif (words := common_words(written))[1] == names != written:
         above = (*above, f'all names in line {header + 1} begin with "{words[0]}", which is passed by')
-    elif split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
+    elif written[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
-    elif 2 * len(names) == len(split_line(text.lines[header], delimiter)):
+    elif 2 * len(names) == len(written):
         above = (*above, f"in line {header + 1} the unit of each column stands in a cell of its own behind its name")
-    written = split_line(text.lines[header], delimiter)
     if listed is None and written != names and plain_names(written) == names:
         above = (*above, f'the names in line {header + 1} are taken without what is written around each: "{written[0]}"')
     decided = _lines_that_decide(sheet, reading)

@@ -17,7 +17,7 @@ from calib.priors import FORMS
 from calib.serve.commands import typed
 from calib.serve.forms import Form, as_json, changed_by, decided_by, form_of_experiment
 from calib.serve.looking import experiment_tables
-from calib.serve.page import answered, elsewhere, form_of, in_words, part, shown, space_of, working, writing
+from calib.serve.page import answered, asked_by_script, elsewhere, form_of, in_words, part, shown, space_of, working, writing
 from calib.serve.toml_text import value_at, with_entry
 from calib.serve.workspace import Workspace
 
@@ -134,7 +134,7 @@ async def write(request: Request) -> Response:
 
 async def _answer(request: Request, space: Workspace, change: Callable[[], None]) -> Response:
     """Make a change, and say what the file then holds."""
-    plain = "application/json" in request.headers.get("accept", "")
+    plain = asked_by_script(request)
     try:
         await writing(change)
     except _ChangedError as changed:

@@ -12,7 +12,20 @@ from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
 from calib.serve.beginning import experiments_in, put_example, use_experiment
 from calib.serve.commands import drafting, reading_command, typed
-from calib.serve.page import address, answered, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
+from calib.serve.page import (
+    address,
+    answered,
+    asked_by_script,
+    elsewhere,
+    form_of,
+    limited,
+    part,
+    query_of,
+    shown,
+    space_of,
+    working,
+    writing,
+)
 from calib.serve.workspace import LARGEST_UPLOAD, Workspace
 
 # Files that are listed on one page: a browser is slow with many thousands.
@@ -135,7 +148,7 @@ async def correct(request: Request) -> Response:
     try:
         said = looking.said_from(form)
     except InputError as error:
-        if "application/json" in request.headers.get("accept", ""):
+        if asked_by_script(request):
             raise
         found = await working(looking.understand, space, name)
         return await working(_file_page, request, found, form, error.faults, 422)
