@@ -10,8 +10,8 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import last_step, noise_of
-from calib.lab.instruments.stalled import last_digit
-from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
+from calib.lab.instruments.stalled import judged_columns, last_digit
+from calib.lab.instruments.unit_choice import unit_in_words
 from calib.lab.stretches import stretches
 from models.sensor import FloatArray
 
@@ -44,12 +44,7 @@ def even_steps(
     Quantity -> row from 0 -> why it is not usable.
     """
     lost: dict[str, dict[int, str]] = {}
-    for column in columns:
-        if column.quantity not in _JUDGED or column.quantity not in values:
-            continue
-        rows = np.flatnonzero(np.isfinite(values[column.quantity]))
-        if rows.size < _FEWEST or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
-            continue
+    for column, rows in judged_columns(sheet, columns, values, reading, _JUDGED, _FEWEST):
         y = values[column.quantity][rows] / column.factor
         # Numbers may be written with more digits than a converter has.
         digit = max(last_digit(sheet.columns[column.index], rows), last_step(np.unique(y)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 
@@ -82,13 +82,8 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
     reading : what the user says of the file.
     """
     told = Stalled()
-    for column in columns:
-        if column.quantity not in _JUDGED or column.quantity not in values:
-            continue
+    for column, rows in judged_columns(sheet, columns, values, reading, _JUDGED, _FEWEST):
         y = values[column.quantity]
-        rows = np.flatnonzero(np.isfinite(y))
-        if rows.size < _FEWEST or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
-            continue
         filled = _filled(rows, y)
         if filled is not None:
             told.faults.append(_of_filled(sheet, column, *filled))
@@ -264,6 +259,33 @@ def _moved(v: FloatArray | None, rows: IntArray) -> bool:
     if there.size < _ASLEEP:
         return False
     return abs(float(np.median(there[-3:]) - np.median(there[:3]))) > _NOISES * noise_of(there)
+
+
+def judged_columns(
+    sheet: Sheet,
+    columns: Sequence[ReadColumn],
+    values: Mapping[str, FloatArray],
+    reading: Reading,
+    quantities: Collection[str],
+    fewest: int,
+) -> Iterator[tuple[ReadColumn, IntArray]]:
+    """The columns whose readings are to be judged, and their rows with a reading; none that the user has confirmed.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : those that are read.
+    values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
+    reading : what the user says of the file.
+    quantities : that are judged.
+    fewest : readings that a column has at least.
+    """
+    for column in columns:
+        if column.quantity not in quantities or column.quantity not in values:
+            continue
+        rows = np.flatnonzero(np.isfinite(values[column.quantity]))
+        if rows.size >= fewest and not is_confirmed(sheet, column.index, column.heading, column.factor, reading):
+            yield column, rows
 
 
 def last_digit(cells: Sequence[str], rows: IntArray) -> float:
