@@ -1,7 +1,7 @@
 """What a calibration that is under way tells of itself in, a hidden file of its run folder out, and back: how far a run is.
 
-A page or another program looks there; nothing of a run rests on it. The file is gone when its calibration has ended, and stays
-where that was killed.
+A page or another program looks there; nothing of a run rests on it. The file is gone when its calibration has ended; where that
+was killed it stays until another one goes on.
 """
 
 from __future__ import annotations
@@ -163,8 +163,13 @@ def telling(folder: Path) -> Iterator[Teller]:
     ----------
     folder : of the run, owned by this process.
     """
+    _forget(folder)  # what a process told that was killed
     try:
         yield Teller(folder)
     finally:
-        with suppress(OSError):
-            (folder / PROGRESS).unlink(missing_ok=True)
+        _forget(folder)
+
+
+def _forget(folder: Path) -> None:
+    with suppress(OSError):
+        (folder / PROGRESS).unlink(missing_ok=True)

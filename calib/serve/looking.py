@@ -47,6 +47,8 @@ UNITS = {
     "force": ("N", "mN", "kN", "gf", "kgf", "lbf"),
     "capacitance": ("pF", "nF", "fF", "F"),
 }
+#: What the names of the fields of chosen rows end in: as many columns may be asked at once.
+WHERES = ("", "_2", "_3", "_4")
 #: One at a time draws: settings of the drawing library are those of the whole process.
 DRAWING = threading.Lock()
 # What was read is kept as long as the file is the same: reading a long file takes a second.
@@ -289,20 +291,26 @@ def said_from(form: Mapping[str, str]) -> Said:
             return ""
         return value
 
-    for q, units in UNITS.items():
+    for q in QUANTITIES:
         unit = text.get(f"units_{q}", "")
         if unit and q != "time" and not is_unit_of(unit, q):  # a time may be a form of a clock
-            faults.append(
-                Fault(f'unit of the {q}: "{shortened(unit)}" is none', advice=f"Write one such as {', '.join(units)}")
+            advice = (
+                f"Write one such as {', '.join(UNITS[q])}" if q in UNITS else "Leave it empty, or write what the header says"
             )
+            faults.append(Fault(f'unit of the {q.replace("_", " ")}: "{shortened(unit)}" is none', advice=advice))
     by_quantity = {key: {q: text[f"{key}_{q}"] for q in QUANTITIES if f"{key}_{q}" in text} for key in ("units", "columns")}
     specimen = text.get("specimen")
     if specimen is not None and not (specimen.isdecimal() and int(specimen) >= 1):
         faults.append(Fault(f'specimen must be a whole number from 1, got "{specimen[:80]}"'))
         specimen = None
-    if ("where_column" in text) != ("where_value" in text):
-        faults.append(Fault("only rows where: a column and its value belong together"))
-    where = {text["where_column"]: text["where_value"]} if {"where_column", "where_value"} <= text.keys() else {}
+    where: dict[str, str] = {}
+    for column, value in ((text.get(f"where_column{k}"), text.get(f"where_value{k}")) for k in WHERES):
+        if column is not None and value is not None and where.get(column, value) == value:
+            where[column] = value
+        elif column is not None and value is not None:
+            faults.append(Fault(f'only rows where: "{shortened(column)}" cannot hold two values at once'))
+        elif column is not None or value is not None:
+            faults.append(Fault("only rows where: a column and its value belong together"))
     sign = {q: sense for q in SIGNED if (sense := word(f"sign_{q}", tuple(SIGNS)))}
     reading = Reading(
         units=by_quantity["units"],
@@ -337,8 +345,8 @@ def form_of(said: Said) -> dict[str, str]:
     found |= {f"sign_{q}": sense for q, sense in r.sign.items()}
     found |= {"sheet": r.sheet, "scale": r.scale, "decimal": r.decimal}
     found |= {"specimen": "" if r.specimen is None else str(r.specimen)}
-    for column, value in list(r.where.items())[:1]:
-        found |= {"where_column": column, "where_value": value}
+    for k, (column, value) in zip(WHERES, r.where.items(), strict=False):
+        found |= {f"where_column{k}": column, f"where_value{k}": value}
     found |= {"max_force": "" if use.max_force is None else f"{use.max_force:.12g} N"}
     found |= {"max_depth": "" if use.max_depth is None else f"{use.max_depth * 1e3:.12g} mm"}
     found |= {"branch": "" if use.branch == "loading" else use.branch}

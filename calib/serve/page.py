@@ -20,6 +20,7 @@ from calib.errors import Fault, InputError, in_shell
 from calib.hypertext import sentence
 from calib.report import template_text
 from calib.runs import PageError
+from calib.serve.fields import by_fields, in_fields
 from calib.serve.keys import Keys
 from calib.serve.workspace import Workspace
 from calib.visible import visible
@@ -207,10 +208,20 @@ def in_words(faults: Sequence[Fault], space: Workspace) -> list[str]:
     found = []
     for fault in faults:
         text = visible(str(fault)).replace(f"{space.folder}/", "")
+        if (asked := in_fields(text)) != text and (name := _lab_file_of(fault, space)):
+            text = f"{asked.rstrip('.')}: on the page of {name}"
         if fault.path is None and text.split(" ", 1)[0].isalpha():  # no key of a file
             text = f"{text[0].upper()}{text[1:]}"
         found.append(text if text.endswith((".", "?", ")", "`", '"')) else f"{text}.")
     return found
+
+
+def _lab_file_of(fault: Fault, space: Workspace) -> str:
+    """Name of the lab file of the folder that a fault is in; "" for none."""
+    if fault.path is None or not fault.path.is_relative_to(space.folder):
+        return ""
+    name = fault.path.relative_to(space.folder).as_posix()
+    return name if name in space.lab_files() else ""
 
 
 def asked_by_script(request: Request) -> bool:
@@ -344,6 +355,7 @@ def _templates() -> jinja2.Environment:
     )
     environment.filters["plainly"] = visible
     environment.filters["sentence"] = sentence
+    environment.filters["by_fields"] = by_fields
     environment.filters["json"] = partial(json.dumps, default=str)
     environment.filters["word"] = in_shell
     environment.globals["address"] = address

@@ -88,8 +88,9 @@ async def progress(request: Request) -> Response:
     folder = space.run(name)
     state = await working(run_state, folder)
     job = await working(jobs.job_of, space, name)
-    told = state.last
     alive = state.condition == "running" or (job is not None and job.alive)
+    # A command that has not come to the run yet tells nothing; what another told there that was killed is not its own.
+    told = state.last if state.condition == "running" or not alive else None
     answer = part(
         "progress.html.j2",
         name=name,

@@ -219,8 +219,14 @@ if (drop) {
 for (const button of all("button[data-field]")) {
   button.addEventListener("click", () => {
     const form = one("#correction");
-    if (button.dataset.column) form.elements.where_column.value = button.dataset.column;
-    form.elements[button.dataset.field].value = button.dataset.value;
+    let field = button.dataset.field;
+    if (button.dataset.column) {
+      // Columns that are asked for already stay.
+      const asked = all("input[name^=where_column]", form).find((input) => ["", button.dataset.column].includes(input.value.trim()));
+      asked.value = button.dataset.column;
+      field = asked.name.replace("column", "value");
+    }
+    form.elements[field].value = button.dataset.value;
     form.requestSubmit();
   });
 }

@@ -85,3 +85,10 @@ def test_that_it_cannot_be_told_is_no_reason_not_to_calibrate(tmp_path: Path) ->
 def test_a_damaged_file_tells_nothing(tmp_path: Path, text: str) -> None:
     (tmp_path / PROGRESS).write_text(text)
     assert run_state(tmp_path).last is None
+
+
+def test_what_a_killed_process_told_is_gone_once_another_goes_on(tmp_path: Path) -> None:
+    Teller(tmp_path).sampling(replace(BEGUN, r_hat=1.2, ess=40.0))
+    assert run_state(tmp_path).last is not None
+    with telling(tmp_path):
+        assert run_state(tmp_path).last is None
