@@ -1,9 +1,13 @@
 """Calibrate simulated lots of many specimens: `python benchmarks/specimens.py -n 1 5 20 50 --lots 1 -o lots.jsonl`.
 
 A lot is drawn as an experiment like the shipped one would have it: modulus, permittivity, compliance, parasitic capacitance and
-both discrepancies from their priors, thicknesses of each specimen from the microscope's, contact, load zero and clock of each
-sweep; curves by the surrogate, with noise and discrepancy. Printed for each: processor and wall seconds, memory, steps, and
-where truth lies in the posterior of what the specimens share. With -o lots are kept, and those that are there are not repeated.
+the force's discrepancy from their priors, the capacitance's from half its prior's scale, thicknesses of each specimen from the
+microscope's, contact, load zero and clock of each sweep; curves by the surrogate, with noise and discrepancy. Printed for each:
+processor and wall seconds, memory, steps, and where truth lies in the posterior of what the specimens share. With -o lots are
+kept, and those that are there are not repeated.
+
+With --scores nothing is calibrated: the slope of the log likelihood at the truth, of each unknown that is shared, must be zero
+in the mean of lots, and its variance the curvature's mean, if the likelihood is that of the lots.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ from simulated.labs import keep_row, kept_rows
 
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, model_sweeps
+from calib.problem import Problem, build_problem, coordinates_of, log_likelihood, model_sweeps
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import Gate, sample
 from models.response import Forward
@@ -30,6 +34,9 @@ from models.sensor import design_from
 EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
 #: How deep the ball is pressed [m], and points of each channel.
 DEPTH, POINTS = 0.55e-3, 25
+# Steps of slopes at the truth, in units of the priors; of what the data tell less well a larger one.
+_SCORE_STEP = {"young_modulus": 2e-3, "relative_permittivity": 2e-3, "force_noise": 2e-2, "capacitance_noise": 2e-2, "": 5e-3}
+_SCORE_STEP |= {"force_discrepancy": 5e-2, "capacitance_discrepancy": 5e-2}
 # Draws farther out than this many sds are drawn at it: of many specimens some would be invalid designs.
 _FARTHEST = 2.5
 
@@ -118,6 +125,34 @@ def calibrate(n: int, seed: int, max_steps: int, processes: int, gate: Gate) -> 
     }
 
 
+def scores(n: int, seed: int) -> dict[str, Any]:
+    """Slope and curvature of the log likelihood at the truth of a lot, by unknown that is shared, in units of its prior."""
+    experiment = read_experiment(EXPERIMENT)
+    problem, truth = lot(experiment, forward_of_experiment(experiment), n, seed)
+    at = coordinates_of(problem, np.array([[truth[name] for name in problem.names]]))[0]
+    shared = [k for k, name in enumerate(problem.names) if "[" not in name]
+    steps = np.array([_SCORE_STEP.get(problem.names[k], _SCORE_STEP[""]) for k in shared])
+    moved = np.zeros((len(shared), at.size))
+    moved[range(len(shared)), shared] = steps
+    here, up, down = (log_likelihood(problem, np.atleast_2d(theta)) for theta in (at, at + moved, at - moved))
+    found = zip((up - down) / (2 * steps), (2 * here - up - down) / steps**2, strict=True)
+    return {
+        "specimens": n,
+        "seed": seed,
+        "scores": {problem.names[k]: [float(s), float(h)] for k, (s, h) in zip(shared, found, strict=True)},
+    }
+
+
+def _print_scores(rows: Sequence[Mapping[str, Any]]) -> None:
+    print(
+        f"{rows[0]['specimens']} specimens, {len(rows)} lots: mean slope in standard errors, variance of slopes over curvature"
+    )
+    for name in rows[0]["scores"]:
+        slope, curvature = np.array([row["scores"][name] for row in rows]).T
+        mean = slope.mean() / (slope.std(ddof=1) / np.sqrt(slope.size))
+        print(f"{name:26s} {mean:6.2f} {slope.var(ddof=1) / curvature.mean():6.2f}")
+
+
 def _processor_seconds() -> float:
     """Of this process and its children that have ended."""
     return sum(sum(resource.getrusage(whose)[:2]) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
@@ -132,11 +167,21 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=20_000, help="at most")
     parser.add_argument("--ess", type=float, default=Gate().ess, help="effective draws wanted; fewer ask less of the run")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--scores", action="store_true", help="slopes of the likelihood at the truth instead of calibrations")
     parser.add_argument("-o", "--output", type=Path, help="file for the lots, a line of JSON each")
     given = parser.parse_args(words)
     share = given.ess / Gate().ess
     gate = Gate(r_hat=1 + (Gate().r_hat - 1) / share, ess=given.ess, length=Gate().length * share)
-    known = {(row["specimens"], row["seed"]): row for row in kept_rows(given.output)}
+    known = {(row["specimens"], row["seed"]): row for row in kept_rows(given.output) if given.scores == ("scores" in row)}
+    if given.scores:
+        for n in given.n:
+            rows = []
+            for seed in range(given.first, given.first + given.lots):
+                rows.append(known.get((n, seed)) or scores(n, seed))
+                if (n, seed) not in known:
+                    keep_row(given.output, rows[-1])
+            _print_scores(rows)
+        return
     print("specimens seed unknowns steps   wall [s]  processor [s]  memory [GB]  converged   truth of what is shared, as ranks")
     inside = []
     for n in given.n:

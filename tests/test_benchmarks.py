@@ -218,3 +218,12 @@ def test_every_kind_of_mutant_is_in_the_docs_with_its_reason(beside: Callable[[s
     rows = [f"| {kind.name} | {kind.why} |" for kind in beside("mutate_lab_files").KINDS]
     docs = (ROOT / "docs" / "reading.md").read_text(encoding="utf-8").replace("\\|", "|")
     assert [row for row in rows if row not in docs] == []
+
+
+def test_the_likelihood_is_that_of_simulated_lots_at_their_truth(beside: Callable[[str], Any]) -> None:
+    """Else lots of many specimens, which add up what is wrong with one, would miss what they share."""
+    rows = [beside("specimens").scores(2, seed)["scores"] for seed in range(12)]
+    for name in ("young_modulus", "relative_permittivity", "parasitic_capacitance", "force_noise", "capacitance_noise"):
+        slope, curvature = np.array([row[name] for row in rows]).T
+        assert abs(slope.mean()) < 4 * slope.std(ddof=1) / np.sqrt(slope.size), name
+        assert 0.3 < slope.var(ddof=1) / curvature.mean() < 3, name

@@ -70,7 +70,8 @@ def terms_of(channel: PredictedReadings, part: slice = slice(None)) -> Terms:
     part : which points; default all.
     """
     variance = channel.variance[:, part]
-    return Terms(_gram(channel, part), np.sum(np.log(variance), axis=1), variance.shape[1])
+    with np.errstate(divide="ignore", invalid="ignore"):  # of noise so small that its square is zero there is no density
+        return Terms(_gram(channel, part), np.sum(np.log(variance), axis=1), variance.shape[1])
 
 
 def log_normal_of(terms: Terms) -> FloatArray:

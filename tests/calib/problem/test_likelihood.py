@@ -440,6 +440,14 @@ def test_a_force_beyond_the_curve_has_no_density() -> None:
     assert log_likelihood(problem, theta)[1] == -np.inf
 
 
+def test_noise_whose_square_is_no_number_any_more_has_no_density() -> None:
+    problem = build_problem(experiment(), [press()], EXACT)
+    theta = np.zeros((3, len(problem.parameters)))
+    theta[:, problem.names.index("force_noise")] = 0.0, -700.0, -1e5
+    assert np.isfinite(log_likelihood(problem, theta)[0])
+    assert np.all(log_likelihood(problem, theta)[1:] == -np.inf)
+
+
 def test_blocks_add_up_to_the_likelihood_without_correlation() -> None:
     problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
     theta = 0.3 * np.random.default_rng(3).standard_normal((4, len(problem.parameters)))
