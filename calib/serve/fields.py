@@ -64,6 +64,23 @@ def in_fields(text: str) -> str:
     )
 
 
+def answer_in(option: str, key: str, value: str) -> str:
+    """What a button says that answers a question of a lab file.
+
+    >>> answer_in("where", "Frequency (Hz)", "1000"), answer_in("units", "force", "N"), answer_in("specimen", "", "2")
+    ('Rows where Frequency (Hz) holds 1000', 'Unit of force: N', 'Specimen: 2')
+
+    Parameters
+    ----------
+    option : of the command line.
+    key : the quantity or column that it is said of; "" for none.
+    value : the answer.
+    """
+    if option == "where":
+        return f"Rows where {key} holds {value}"
+    return f"{_NAMES[option]}{f' of {key}' if key else ''}: {value}"
+
+
 def _link(field: str, words: str, value: str) -> Markup:
     shown = escape(visible(f": {value}" if value else ""))
     return Markup('<a href="#{}">{}</a>{}').format(field, visible(words), shown)

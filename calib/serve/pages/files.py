@@ -12,6 +12,7 @@ from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
 from calib.serve.beginning import experiments_in, put_example, use_experiment
 from calib.serve.commands import drafting, reading_command, typed
+from calib.serve.fields import answer_in
 from calib.serve.page import (
     address,
     answered,
@@ -111,7 +112,10 @@ def _file_page(
         units=looking.UNITS,
         signed=tuple(SIGNED),
         signs=tuple(SIGNS),
-        choices=[(c, [(value, _field(c.option, c.key)) for value in c.alternatives[:12]]) for c in choices],
+        choices=[
+            (c, [(value, _field(c.option, c.key), answer_in(c.option, c.key, value)) for value in c.alternatives[:12]])
+            for c in choices
+        ],
         command=reading_command(found.name, found.said),
     )
 

@@ -89,6 +89,24 @@ def test_advice_of_a_lab_file_that_another_page_meets_leads_to_the_page_of_the_f
     assert "on the page of lab/press.csv" in said
 
 
+def test_a_file_that_asks_for_two_columns_of_rows_asks_for_the_other_once_one_is_answered(space: Workspace) -> None:
+    rows = ["Channel,Frequency (Hz),Time (s),Displacement (mm),Force (N),Capacitance (pF)"]
+    for t, d, f in zip(T, D, F, strict=True):
+        for channel, hertz in ((1, 1000), (1, 10000), (2, 1000), (2, 10000)):
+            rows.append(f"{channel},{hertz},{t:.3f},{d:.4f},{f * channel:.4f},{97 + f / 4 + channel:.4f}")
+    (space.folder / "lab" / "long.csv").write_text("\n".join([*rows, ""]), encoding="utf-8")
+    page = let_in(space)
+    form = {"name": "lab/long.csv"}
+    asked = page.get("/file?name=lab/long.csv").text
+    assert "Rows where Channel holds 2" in _said(asked)
+    form |= {"where_column": "Channel", "where_value": "2"}
+    asked = page.post("/file/correct", data=form).text
+    assert "Rows where Channel" not in _said(asked)
+    assert "Rows where Frequency (Hz) holds 1000" in _said(asked)
+    form |= {"where_column_2": "Frequency (Hz)", "where_value_2": "1000"}
+    assert "rows are used" in page.post("/file/correct", data=form).text
+
+
 def test_rows_may_be_chosen_by_several_columns_and_none_is_lost(space: Workspace) -> None:
     form = {"units_dissipation": "%", "columns_frequency": "3"}
     for k, (column, value) in zip(WHERES, (("Channel", "2"), ("Frequency (Hz)", "1000"), ("Run", "1")), strict=False):
