@@ -24,10 +24,25 @@ from calib.lab.instruments.signals import (
 from calib.lab.instruments.stamps import with_stamps_in_cells
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.wrapped import with_whole_header
 from calib.regular import names_beside, require_regular
 
 # Encodings of instruments' software besides Unicode and the Western ones, in the order in which a draw is decided.
-_LEGACY = ("cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+_LEGACY = (
+    "cp1250",
+    "iso8859-2",
+    "cp1251",
+    "cp1253",
+    "cp1254",
+    "gb18030",
+    "cp932",
+    "cp949",
+    "cp950",
+    "cp850",
+    "cp866",
+    "koi8-r",
+    "euc_jp",
+)
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
 # Bytes that are signs in the Western encoding of Windows, a dash or a quotation mark, and none in Latin-1.
@@ -101,6 +116,8 @@ _NAMED_ELSEWHERE = (
         "columns are named by the titles above their pairs",
     ),
 )
+# Lines at the beginning in which a header and its first rows stand.
+_OF_HEADER = 60
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -260,13 +277,19 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
         text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
         if n_cell:
             notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
+    joined, note = with_whole_header(text.split("\n", _OF_HEADER))
+    if joined:
+        text, notes = "\n".join(joined), [*notes, note]
     return text, tuple(notes)
 
 
 def _unquoted(lines: list[str]) -> list[str]:
-    """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own."""
+    """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own.
+
+    Names above may stand without quotes, as many as there are cells in the first line that is in quotes.
+    """
     found: list[str] = []
-    n_whole, n_named = 0, 0
+    n_whole, n_named, above = 0, 0, ""
     for line in lines:
         match = _QUOTED_LINE.fullmatch(line)
         inside = match[1].replace('""', '"') if match is not None else line
@@ -274,9 +297,14 @@ def _unquoted(lines: list[str]) -> list[str]:
         if not whole and '"' not in line and re.search(r"[,;\t]", line.strip(" ,;\t")) is None:
             found.append(line)  # a title, or nothing
         elif whole:
+            if above and not n_whole and not any(0 < above.count(mark) == inside.count(mark) for mark in ",;\t"):
+                return []
             n_whole += 1
             n_named += not is_numeric(re.split(r"[,;\t]", inside)[0].strip(' "'))
             found.append(inside)
+        elif not n_whole and '"' not in line and not is_numeric(re.split(r"[,;\t]", line)[0]):
+            above, n_named = line, 1
+            found.append(line)
         else:
             return []
     # "0,5" alone in each line is a number.

@@ -242,7 +242,7 @@ def test_names_that_are_numbers_are_chosen_as_the_refusal_says(tmp_path: Path) -
     ):
         said = refusal(tmp_path, lines)
         assert "numbers stand where names of columns would: 1000, 10000" in said
-        assert "--columns capacitance=1000 --units capacitance=pF" in said
+        assert "--columns capacitance=1000 --units capacitance=..." in said
         for name in ("1000", "2"):
             table = read(tmp_path, lines, columns={"capacitance": name}, units={"capacitance": "pF"})
             np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-12)
