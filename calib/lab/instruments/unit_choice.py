@@ -192,7 +192,7 @@ def _is_of_results(sheet: Sheet, line: int, index: int, quantity: str, factor: f
     lines = sheet.text.lines
     below = next((text for text in lines[line : line + 2] if text.strip()), "")
     names, results = (split_line(text, sheet.delimiter) for text in (lines[line - 1] if line > 0 else "", below))
-    if len(names) != len(results) or len(names) < 2 or any(c and not is_numeric(c) for c in results[1:]):
+    if len(names) != len(results) or len(names) < 2 or not any(map(is_numeric, results)):
         return False
     largest = float(np.nanmax(np.abs(readings([sheet.columns[index]], [factor], sheet.declared_decimal)[0]), initial=0.0))
     shown = False

@@ -495,6 +495,14 @@ def test_a_table_of_results_above_has_units_of_its_own(tmp_path: Path, named: st
     assert any("are results, in units of their own" in note for note in table.notes)
 
 
+def test_a_table_of_results_that_names_its_specimens_has_units_of_its_own(tmp_path: Path) -> None:
+    results = ["Results", '"","Specimen label","Maximum Load (N)"', f'"1","S-01",{FORCE.max():.4f}', ""]
+    table = read(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(TIME, DEPTH, FORCE / 1000)])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=0.06)
+    assert any("are results, in units of their own" in note for note in table.notes)
+    assert "says that the unit" in refusal(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(*PRESS)])
+
+
 def test_results_that_are_none_of_the_readings_contradict_their_unit(tmp_path: Path) -> None:
     results = ["Results", '"","Maximum Compressive load (N)","Extension at maximum (mm)"', f'"1",{FORCE.max():.4f},0.79', ""]
     assert "says that the unit" in refusal(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(*PRESS)])
