@@ -111,7 +111,7 @@ _OF_MEASURING = (
     rf"(?:(?:{_AT}|T\s?=)\s*)?{_NUMBER}\s?(?:(?:°|deg)\s?[CF]|℃)|(?:{_AT}\s*)?{_NUMBER}\s?%\s?(?:RH|r\.?\s?[FH]\.?)|"
     rf"(?:res(?:olution)?|auflösung|résolution)[\s.:=]*{_NUMBER}\s?[^\W\d_]{{1,3}}|"
     rf"(?:accuracy )?(?:class|klasse|classe)[\s:]*{_NUMBER}|"
-    r"(?:s/?n|ser(?:ial|ien)?[. ]?-?(?:no|nr|num(?:ber|mer)?)?)[.:# ]{0,3}(?=[\w-]*\d)[\w-]+|"
+    r"(?:s/?n|ser(?:ial|ien)?[. ]?-?(?:no|nr|num(?:ber|mer)?)?)[.:# ]{0,3}(?=[\w-]*\d{3})[\w-]+|"
     rf"(?:±|\+/-)\s?{_NUMBER}\s?(?:%|[^\W\d_]{{1,3}})?(?: (?:of reading|rdg|FS))?|"
     rf"(?:cal(?:ibrat(?:ed|ion))?|kal(?:ibriert|ibrierung)?)[\s.:]*(?:(?:on|am|vom|due|until|bis)\s)?{_DAY}"
 )
