@@ -6,6 +6,7 @@ import codecs
 import hashlib
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -66,6 +67,8 @@ _LONGEST_LINE = 20_000
 # A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
 _HEAD, _BREAKS = 60, 40
+# Lines within such a cell, all of words.
+_WITHIN, _OF_WORDS = 3, re.compile(r"[^\W\d_]")
 # Blanks at which no line is broken, beside a delimiter, where they pad a cell; between digits they set thousands apart.
 _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
@@ -316,14 +319,15 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
     """Lines where cells of a header that hold line breaks, in quotes, stand in one; blank ones take the place of others."""
     for first in range(min(len(lines), _HEAD)):
         last = first
-        while last + 1 < len(lines) and last - first < _BREAKS and _goes_on(lines[first], lines[last + 1]):
+        while last + 1 < len(lines) and last - first < _BREAKS and _goes_on(lines[first], lines[last + 1 : last + 2 + _WITHIN]):
             last += 1
             lines[first], lines[last] = f"{lines[first].rstrip()} {lines[last].lstrip()}", ""
     return tuple(lines)
 
 
-def _goes_on(line: str, following: str) -> bool:
-    """Whether a cell in quotes begins in a line and ends in the following one."""
+def _goes_on(line: str, below: Sequence[str]) -> bool:
+    """Whether a cell in quotes begins in a line and ends in the following one, or behind a few lines of words."""
+    following = next((text for text in below if '"' in text or not _OF_WORDS.search(text)), "")
     if len(line) > _LONGEST_LINE or _OPEN.search(line) is None or _CLOSE.match(following) is None:
         return False
     # A row of numbers goes on in no cell of the row before: a quotation mark was left open.

@@ -125,3 +125,13 @@ def test_rows_in_quotes_as_a_whole_below_a_plain_header_are_read_with_a_note(tmp
 def test_rows_in_quotes_below_a_header_of_other_cells_stay_as_they_are(tmp_path: Path, header: str) -> None:
     with pytest.raises(InputError):
         _read(tmp_path, [header, *(f'"{row}"' for row in ROWS)])
+
+
+@pytest.mark.parametrize("name", ["Crosshead\ndisplacement\n(mm)", "Displacement\nof the\nstage\n(mm)", "Displacement\n(mm)"])
+def test_names_in_quotes_over_several_lines_are_one_cell_each(tmp_path: Path, name: str) -> None:
+    _is_press(_read(tmp_path, [f'"Time\n(s)","{name}","Load\n(N)"', *ROWS]))
+
+
+@pytest.mark.parametrize("above", ['"a remark, of mine', 'see "notes'])
+def test_a_quotation_mark_above_that_is_left_open_takes_no_line_to_its_own(tmp_path: Path, above: str) -> None:
+    _is_press(_read(tmp_path, [above, HEADER, *ROWS]))
