@@ -779,3 +779,17 @@ def test_a_letter_in_a_unit_of_length_that_stands_alone_is_the_displacement_with
     table = read_lab_file(path)
     np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH)
     assert any('"w in mm", the only column in mm' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("unit", ["×10⁻³ N", "(×10⁻³ N)", "10^-3 N", "*1E-3 N"])
+def test_a_power_of_ten_times_a_unit_in_a_row_of_units_is_one(tmp_path: Path, unit: str) -> None:
+    path = tmp_path / "press.csv"
+    lines = (",".join(row) for row in zip(cells(TIME, 1), cells(DEPTH), cells(FORCE), strict=True))
+    path.write_text("\n".join(["Time,Displacement,Force", f"s,mm,{unit}", *lines]) + "\n", encoding="utf-8")
+    np.testing.assert_allclose(read_lab_file(path).columns["force"], 1e-3 * FORCE, atol=1e-12)
+
+
+@pytest.mark.parametrize("cell", ["1e-3 N", "x10 N", "10^-3 foo", "x10"])
+def test_a_reading_or_a_factor_of_another_form_is_no_unit(cell: str) -> None:
+    found = unit_cell(cell)
+    assert found is None or "N" not in found.unit
