@@ -15,6 +15,8 @@ _WITHIN, _ROWS = 40, 5
 def with_whole_header(lines: Sequence[str]) -> tuple[list[str], str]:
     """Join a header that goes on in the next line, where all names of both are understood and are as many as the rows are wide.
 
+    Each has its unit, as no title above a header has, and the first line has two names at least.
+
     Parameters
     ----------
     lines : of the file.
@@ -31,7 +33,8 @@ def with_whole_header(lines: Sequence[str]) -> tuple[list[str], str]:
         quantities = [heading.quantity for half in names for heading in half]
         rows = [line.split(delimiter) for line in lines[first + 2 : first + 2 + _ROWS] if line.strip()]
         wide = all(len(row) == len(quantities) and all(is_numeric(c.strip(' "')) for c in row) for row in rows)
-        if min(map(len, names)) > 0 and rows and wide and len(set(quantities)) == len(quantities):
+        both = len(names[0]) > 1 and len(names[1]) > 0 and all(heading.unit for half in names for heading in half)
+        if both and rows and wide and len(set(quantities)) == len(quantities):
             joined = f"{lines[first].rstrip().rstrip(delimiter)}{delimiter}{lines[first + 1].strip().strip(delimiter)}"
             note = f"the header in line {first + 1} goes on in the next line"
             return [*lines[:first], joined, "", *lines[first + 2 :]], note

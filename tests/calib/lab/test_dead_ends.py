@@ -88,7 +88,9 @@ def test_rows_with_a_cell_more_than_the_header_are_one_fault_whose_advice_leads_
     assert any("Other" in str(unread) for unread in table.unread)
 
 
-@pytest.mark.parametrize("first", ["Time (s),Displacement (mm),", "Time (s),Displacement (mm)", "Time (s)"])
+@pytest.mark.parametrize(
+    "first", ["Time (s),Displacement (mm),", "Time (s),Displacement (mm)", "Time (s),Displacement (mm),Force (N)"]
+)
 def test_a_header_that_goes_on_in_the_next_line_is_read_with_a_note(tmp_path: Path, first: str) -> None:
     names = [*HEADER.split(","), "Cp (pF)"]
     second = ",".join(names[first.rstrip(",").count(",") + 1 :])
@@ -104,6 +106,10 @@ def test_a_header_that_goes_on_in_the_next_line_is_read_with_a_note(tmp_path: Pa
         ["Time (s),Displacement (mm),", "Force (N),quux (pF)"],
         ["Time (s),Displacement (mm),", "Force (N),Force (N)"],
         ["Time (s),Displacement (mm),Force (N)", "Time (s)"],
+        ["Capacitance", "Time (s),Displacement (mm),Force (N)"],
+        ["Capacitance,", "Time (s),Displacement (mm),Force (N),"],
+        ["Cp (pF),,,", "Time (s),Displacement (mm),Force (N),"],
+        ["Capacitance,Time", "Displacement (mm),Force (N)"],
     ],
 )
 def test_two_lines_that_are_no_header_together_are_refused(tmp_path: Path, head: list[str]) -> None:
