@@ -625,10 +625,11 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
             )
         )
     filled = [[c for c in row[width:] if c.strip()] for row in rows]
-    if sheet.header_line and sum(len(more) == 1 and len(row) == width + 1 for more, row in zip(filled, rows, strict=True)) > (
-        _MOSTLY_WIDER * len(rows)
-    ):
-        wider = next(k for k, more in enumerate(filled) if more)
+    wider_by_one = [
+        len(more) == 1 and len(row) == width + 1 and bool(row[0].strip()) for more, row in zip(filled, rows, strict=True)
+    ]
+    if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
+        wider = wider_by_one.index(True)
         raise InputError(
             Fault(
                 f"the row has {width + 1} cells, the header has {width}, as in most rows: which name belongs to which cell "

@@ -44,6 +44,8 @@ _LEGACY = (
     "koi8-r",
     "euc_jp",
 )
+# Those of old programs, of which a note is made.
+_OLD = ("cp850", "cp866", "koi8-r", "euc_jp")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
 # Bytes that are signs in the Western encoding of Windows, a dash or a quotation mark, and none in Latin-1.
@@ -212,7 +214,8 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
-    notes = (*unseen, *digits, *notes)
+    of_old = (f"the letters are read in {encoding}, in which most names are understood",) if encoding in _OLD else ()
+    notes = (*of_old, *unseen, *digits, *notes)
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
 
 
