@@ -79,7 +79,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     cut = without_brackets(tidy(name))
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return False
-    outside = re.sub(rf"[\s_,/]+{re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
+    outside = re.sub(rf"(?:\s+in\s+|[\s_,/]+){re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
     said, alone = words_in(outside), outside.strip(" :,")
     if alone.lower() in _OF_FORMULAS.get(quantity, ()) and "Δ" not in alone:
         return True

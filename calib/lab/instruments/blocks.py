@@ -587,6 +587,8 @@ def _fits_once_moved(row: Sequence[str], width: int) -> bool:
 
 # Rows with a stray empty cell are fewer than this share of the full ones.
 _FEW_STRAY = 0.05
+# Of all rows more than such a share have a cell more than the header.
+_MOSTLY_WIDER = 0.5
 #: What the reason says of such a row.
 OF_STRAY = "one of them empty"
 
@@ -620,6 +622,24 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 widest + 1,
                 advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
                 "number, what it is and its unit: --columns force=... --units force=...",
+            )
+        )
+    filled = [[c for c in row[width:] if c.strip()] for row in rows]
+    wider_by_one = [
+        len(more) == 1 and len(row) == width + 1 and bool(row[0].strip()) for more, row in zip(filled, rows, strict=True)
+    ]
+    if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
+        wider = wider_by_one.index(True)
+        raise InputError(
+            Fault(
+                f"the row has {width + 1} cells, the header has {width}, as in most rows: which name belongs to which cell "
+                "cannot be told",
+                sheet.text.path,
+                int(lines[wider]),
+                width + 1,
+                advice="Write a name for each cell into the header: at its beginning, such as No, if the first cell of a row "
+                "is its number; at its end, such as Other, if the last cell is none of the columns that are named"
+                + ("; if the decimal mark is a comma, export with semicolons between the columns" * (sheet.delimiter == ",")),
             )
         )
     for row, line in zip(rows, lines.tolist(), strict=True):

@@ -31,7 +31,7 @@ _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]
 _LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)")
 # How far readings may be off, behind a unit or a name: "(mm ±0.002)", "Force (N) ± 0.01"; it changes nothing of them.
 _TOLERANCE = re.compile(
-    r"(?<=[^\s(\[,;])\s*(?:±|\+/-)\s?\d+(?:[.,]\d+)?(?:\s?(?:%|[^\W\d_]{1,3})(?=\s*[)\]]))?\s?%?(?=\s*(?:[()\[\]]|$))"
+    r"(?<=[^\s(\[,;])(?<![Rr]ange)(?<!bereich)\s*(?:±|\+/-)\s?\d+(?:[.,]\d+)?(?:\s?(?:%|[^\W\d_]{1,3})(?=\s*[)\]]))?\s?%?(?=\s*(?:[()\[\]]|$))"
 )
 # What was taken off, behind the unit: "Force (N) tare 0.35 N"; where the zero lies is a parameter.
 _TARE = re.compile(
@@ -81,8 +81,10 @@ _LEADING = re.compile(
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of an instrument or the frequency of a meter: "500 N", "0-5 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
-    r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?|max\.? |range |capacity )?"
-    r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+    r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?"
+    r"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |capacity )?"
+    r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
+    r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
 # At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
 _ONE = (
@@ -93,9 +95,32 @@ _MANY = rf"(?:(?:@|at\s)\s?)?{_ONE}(?:\s?[,;/@&_\s]\s?{_ONE})*"
 _CONDITIONS = re.compile(
     rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
-# "filtered 10 Hz": the frequency is none that the readings are of.
+# "filtered 10 Hz", "10 Hz low pass": the frequency is none that the readings are of.
 _FILTERED = re.compile(
-    r"\b(?:filter(?:ed)?|low-?pass(?:ed)?|gefiltert)[\s,:@]*(?:at\s)?\d+(?:[.,]\d+)?\s*k?Hz\b", re.IGNORECASE
+    r"\b(?:filter(?:ed)?|low-?pass(?:ed)?|gefiltert)[\s,:@]*(?:at\s)?\d+(?:[.,]\d+)?\s*k?Hz\b|"
+    r"(?<![\w.,])\d+(?:[.,]\d+)?\s*k?Hz[\s-](?:low[\s-]?pass|tiefpass|filter)(?:ed|[\s-]?filter)?(?![^\W_])",
+    re.IGNORECASE,
+)
+# Under what and with what a column was measured, which changes nothing of it: "at 23 °C", "1 mm/min", "res. 0.1 µm",
+# "class 0.5", "S/N 20331", "±0.5 %", "cal. 2025-03".
+_NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
+_AT = r"(?:at|@|bei|à)"
+_DAY = r"(?:(?:19|20)\d\d(?:[-/.]\d{1,2}){0,2}|\d{1,2}[-/.](?:\d{1,2}[-/.])?(?:19|20)\d\d)"
+_OF_MEASURING = (
+    rf"(?:(?:{_AT}|v\s?=|(?:test )?speed:?|rate:?)\s*)?{_NUMBER}\s?(?:[mµμun]m|in)\s?/\s?(?:s|sec|min|h)|"
+    rf"(?:(?:{_AT}|T\s?=)\s*)?{_NUMBER}\s?(?:(?:°|deg)\s?[CF]|℃)|(?:{_AT}\s*)?{_NUMBER}\s?%\s?(?:RH|r\.?\s?[FH]\.?)|"
+    rf"(?:res(?:olution)?|auflösung|résolution)[\s.:=]*{_NUMBER}\s?[^\W\d_]{{1,3}}|"
+    rf"(?:accuracy )?(?:class|klasse|classe)[\s:]*{_NUMBER}|"
+    r"(?:s/?n|ser(?:ial|ien)?[. ]?-?(?:no|nr|num(?:ber|mer)?)?)[.:# ]{0,3}(?=[\w-]*\d{3})[\w-]+|"
+    rf"(?:±|\+/-)\s?{_NUMBER}\s?(?:%|[^\W\d_]{{1,3}})?(?: (?:of reading|rdg|FS))?|"
+    rf"(?:cal(?:ibrat(?:ed|ion))?|kal(?:ibriert|ibrierung)?)[\s.:]*(?:(?:on|am|vom|due|until|bis)\s)?{_DAY}"
+)
+_CONDITION = re.compile(_OF_MEASURING, re.IGNORECASE)
+# The same behind the brackets of a name, and before them.
+_CONDITION_BEHIND = re.compile(rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING})", re.IGNORECASE)
+_CONDITION_WITHIN = re.compile(
+    rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
+    re.IGNORECASE,
 )
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
@@ -158,6 +183,10 @@ def tidy(cell: str) -> str:
         return f"{in_unit['name']} ({in_unit['unit']})"
     if joined := unit_of_joined(cell):
         return f"{cell[: -len(joined)]} ({joined})"
+    for form in (_CONDITION_BEHIND, _CONDITION_WITHIN):
+        if (measured := form.fullmatch(cell)) is not None:
+            behind = measured.groupdict().get("behind") or ""
+            return tidy(f"{measured['before']}{behind} ({measured['condition']})")
     of_tare = _TARE.fullmatch(cell)
     if of_tare is not None:
         return tidy(f"{of_tare['before']} ({of_tare['tare']})")
@@ -183,8 +212,9 @@ def tidy(cell: str) -> str:
         *before, last = of_matlab["name"].split("_")
         if not (before and looks_like_unit(last)):
             return f"{re.sub(r'(?<=[a-z])(?=[A-Z])', ' ', of_matlab['name'])} ({of_matlab['unit']})"
+    cell = _FILTERED.sub("filtered", cell)
     cell = _REMARK_BEHIND.sub(r"\g<before> (\g<remark>)", cell) if _REMARK_BEHIND.fullmatch(cell) else cell
-    cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", _FILTERED.sub("filtered", cell))
+    cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
@@ -388,8 +418,14 @@ def without_conditions(cell: str) -> tuple[str, str]:
 
 
 def is_wiring(text: str) -> bool:
-    """Whether a bracket says where a channel is wired, or how far an instrument reaches."""
-    return _WIRING.fullmatch(text) is not None or _RANGE.fullmatch(text) is not None
+    """Whether a bracket says where a channel is wired, how far an instrument reaches, or under what and with what was measured.
+
+    >>> is_wiring("Dev1/ai0"), is_wiring("range ±5 mm"), is_wiring("at 23 °C"), is_wiring("cal. 2025-03")
+    (True, True, True, True)
+    >>> is_wiring("x10"), is_wiring("cal. 2.5"), is_wiring("peak"), is_wiring("0.1 µm")
+    (False, False, False, False)
+    """
+    return any(form.fullmatch(text) is not None for form in (_WIRING, _RANGE, _CONDITION))
 
 
 def index_in(text: str) -> str:

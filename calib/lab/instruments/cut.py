@@ -282,8 +282,8 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
             sheet.text.path,
             sheet.header_line,
             named + 1,
-            advice="If the first cell of each row is its number, write a name for it into the header, such as No; or say of "
-            "every column, by its number, what it is and its unit",
+            advice="If the first cell of each row is its number, write a name for it into the header, such as No; if names "
+            "stand in the next line, too, write all into one; or say of every column, by its number, what it is and its unit",
         )
     )
 

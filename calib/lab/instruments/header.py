@@ -355,9 +355,10 @@ def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: S
     return rows
 
 
-#: What may be said of the columns of a file whose names are not understood, as an example.
+#: What may be said of the columns of a file whose names are not understood, as an example: units are those of the file.
 SAID_BY_NUMBER = (
-    "--columns time=1 --columns displacement=2 --columns force=3 --units time=s --units displacement=mm --units force=N"
+    "--columns time=1 --columns displacement=2 --columns force=3 --units time=... --units displacement=... --units force=..., "
+    "each in the unit of the file"
 )
 
 
@@ -370,7 +371,7 @@ def no_header(text: LabText) -> Fault:
     numbered = find_header(text, AS_FOUND, numbers=True)
     odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)] if numbered is not None else []
     if numbered is not None and odd and not seen:
-        said = f"--columns capacitance={odd[0][1]} --units capacitance=pF"
+        said = f"--columns capacitance={odd[0][1]} --units capacitance=..."
         return Fault(
             f"numbers stand where names of columns would: {', '.join(c for _, c in odd[:8])}",
             text.path,

@@ -28,7 +28,9 @@ _STAMP = re.compile(
 )
 _ONE = re.compile(_PAIR, re.IGNORECASE)
 _PLAIN = re.sub(r"\?P<\w+>", "", _PAIR)
+# Two values at least, or one behind a time.
 _LINE = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})+[\s,;|]*", re.IGNORECASE)
+_BEHIND_A_TIME = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})*[\s,;|]*", re.IGNORECASE)
 # Lines above the first one that may say what the logger is, and lines that show that each names its values.
 _ABOVE, _FEWEST = 20, 5
 # Lines that show whether they name one value or several in turn.
@@ -113,7 +115,7 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     """The names with their values and units in a line, a time before them by the name "Time"; [] if it holds anything else."""
     stamp = _STAMP.match(line)
     rest = line[stamp.end() :] if stamp is not None else line
-    if not _LINE.fullmatch(rest):
+    if (_LINE if stamp is None else _BEHIND_A_TIME).fullmatch(rest) is None:
         return []
     found = [(match["name"], match["value"], match["unit"] or "") for match in _ONE.finditer(rest)]
     return [("Time", stamp["stamp"], ""), *found] if stamp is not None else found

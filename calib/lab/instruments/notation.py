@@ -121,6 +121,14 @@ _THOUSANDS = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{4,}}[ \t]*$", re.MU
 _ONE_AND_MORE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
 _BELOW_ONE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
 _NAMES = {".": "point", ",": "comma"}
+# After a line end, with this decimal mark: a number in which the other sets thousands apart, and one above a thousand without.
+_WITH_BOTH = {
+    m: re.compile(rf"\n[ \t]*([{SIGNS}]?[1-9]\d{{0,2}}(?:{re.escape(o)}\d{{3}})+{re.escape(m)}\d+)[ \t]*$", re.M | re.A)
+    for m, o in _OTHER.items()
+}
+_WITHOUT_BOTH = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?\d{{4,}}(?:{re.escape(m)}\d*)?[ \t]*$", re.M | re.A) for m in ".,"}
+# Numbers with both marks that show that the program sets thousands apart in every number.
+_OF_BOTH = 3
 # Steps between neighbours, as powers of ten: of a notation that fits, and of one that does not.
 _SMOOTH, _ROUGH = 0.35, 1.0
 
@@ -161,6 +169,7 @@ def decide_notation(
     commas = ["," in text for text in texts]
     strong: list[dict[str, re.Match[str] | None]] = []
     shown: list[str] = []
+    notes: list[str] = []
     for c, text in enumerate(texts):
         found = {",": _SHOWN[","].search(text) if commas[c] else None, ".": _SHOWN["."].search(text)}
         if found["."] and found[","]:
@@ -171,7 +180,10 @@ def decide_notation(
             apart = _SHOWN[_OTHER[mark]].unsure.search(text)
             match = found[mark]
             whole = mark not in text
-            if apart and match and not (whole and asked == mark) and not _sets_thousands_apart(text, mark):
+            if apart and match and (both := _with_both_marks(text, mark)):
+                words = f'its {_NAMES[_OTHER[mark]]} sets thousands apart, in "{apart[0].strip()}" as in "{both}"'
+                notes.append(f'"{names[c]}": {words}')
+            elif apart and match and not (whole and asked == mark) and not _sets_thousands_apart(text, mark):
                 conflict = "the other mark may set thousands apart, which then have no decimals, or be one, too"
                 return Notation(
                     "", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]), askable=mark if whole else ""
@@ -186,7 +198,7 @@ def decide_notation(
                 conflict=f'the file declares the decimal mark "{declared}", a cell shows another',
                 places=_places(texts, [(strong[c][mark], c)]),
             )
-    decimals, notes = [], []
+    decimals: list[str] = []
     was_open = False
     apart_in = {_OTHER[m] for m, text in zip(shown, texts, strict=True) if m and _sets_thousands_apart(text, m)}
     for c, mark in enumerate(shown):
@@ -202,8 +214,9 @@ def decide_notation(
         others = _Others(seen, apart_in, apart_by, beside, apart_beside, large=bool(plain))
         decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], courses[c], others, declared, asked, delimiter)
         if conflict:
-            several = len(showing) > 1
-            likely = "" if several else ".," if seen else "," if commas[c] else "."
+            # Whole numbers beside a mark contradict nothing that may be said of it.
+            contrary = sum(m is not None and ("." in m[0] or "," in m[0]) for m in showing) > 1
+            likely = "" if contrary else ".," if seen else "," if commas[c] else "."
             return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in showing]), askable=likely)
         was_open |= not shown[c] and ("." in text or commas[c])
         notes += [f'"{names[c]}": {note}'] if note else []
@@ -248,6 +261,12 @@ def _sets_thousands_apart(text: str, mark: str) -> bool:
         return False
     groups = sum(1 for _ in islice(_SHOWN[mark].twice.finditer(text), _GROUPS))
     return groups >= _GROUPS and not _THOUSANDS.search(text)
+
+
+def _with_both_marks(text: str, mark: str) -> str:
+    """A number with both marks, of a column that sets thousands apart in all numbers; "" if these are few or others do not."""
+    found = [m[1] for m in islice(_WITH_BOTH[mark].finditer(text), _OF_BOTH)]
+    return found[0] if len(found) == _OF_BOTH and not _WITHOUT_BOTH[mark].search(text) else ""
 
 
 def _places(texts: Sequence[str], found: Sequence[tuple[re.Match[str] | None, int]]) -> tuple[tuple[int, int], ...]:

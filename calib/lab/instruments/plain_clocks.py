@@ -12,7 +12,7 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import is_numeric, to_numbers
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import counts_clock
@@ -48,6 +48,8 @@ _FOUR_PARTS = re.compile(r"(?P<whole>(?:.*\D)?\d{1,2}:[0-5]\d:[0-5]\d):(?P<part>
 _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 # Minutes and seconds with a point between them, and the largest step of such that shows that they are.
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
+# What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
+_OF_STOPWATCH, _NEXT = re.compile(r"(?P<m>\d{1,2}):(?P<s>[0-5]\d)(?P<part>[.,]\d{1,9})"), 2.5
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
 
@@ -111,6 +113,14 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
                 "the point never passes 59, and goes on as seconds do where a minute is full"
             )
             columns[index] = sixtieths
+        stopwatch = _of_stopwatch(columns[index]) if unit in ("", "s") and "time" not in reading.units else None
+        if stopwatch is not None:
+            at = next(k for k, c in enumerate(columns[index]) if ":" in c)
+            notes.append(
+                f'"{name}": "{columns[index][at].strip()}" is read as minutes and seconds, {stopwatch[at]}: the seconds above '
+                "it reach a full minute there"
+            )
+            columns[index] = stopwatch
         filled = _filled_up(columns[index])
         if filled is None:
             continue
@@ -349,6 +359,26 @@ def _sixtieths(cells: Sequence[str]) -> list[str] | None:
     usual = float(np.median(steps[~full]))
     off = np.abs(steps - usual)
     return found if 0 < usual <= _LARGEST_STEP and np.all(steps >= 0) and np.all(off[full] <= 1 + _EVEN * usual) else None
+
+
+def _of_stopwatch(cells: Sequence[str]) -> list[str] | None:
+    """Times that begin as seconds and go on as minutes and seconds once a minute is full, as clocks; None if they are none."""
+    written = [c.strip() for c in cells]
+    there = [k for k, c in enumerate(written) if c]
+    behind = next((n for n, k in enumerate(there) if ":" in written[k]), 0)
+    matches = [_OF_STOPWATCH.fullmatch(written[k]) for k in there[behind:]]
+    if behind < _FEWEST or None in matches or not all(map(is_numeric, (written[k] for k in there[:behind]))):
+        return None
+    seconds = [float(written[k].replace(",", ".")) for k in there[:behind]]
+    seconds += [float(m["m"]) * _MINUTE + float(m["s"] + m["part"].replace(",", ".")) for m in matches if m is not None]
+    steps = np.diff(seconds)
+    full = min(seconds) >= 0 and seconds[behind - 1] < _MINUTE <= seconds[behind]
+    if not full or not 0 < steps[behind - 1] <= _NEXT * float(np.median(steps)):
+        return None
+    found = [""] * len(written)
+    for k, second in zip(there, seconds, strict=True):
+        found[k] = _clock_of(second, exact=False)
+    return found
 
 
 def _n_decimal(cell: str) -> int:

@@ -165,7 +165,7 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         raise InputError(apart)
     listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
     advice = (
-        "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=N"
+        "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=..."
     )
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
 

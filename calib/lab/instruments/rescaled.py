@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from calib.errors import Fault
+from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -44,6 +45,8 @@ _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
 _EXACT = 0.01
 # Readings of less than this share of the range are near zero, and at rest within so many noises and last digits of it.
 _NEAR_ZERO, _REST_NOISES, _REST_DIGITS = 0.1, 3.0, 2.5
+# Of so many readings that scatter about zero so many are on either side of it at least, and none is so many medians off it.
+_OF_REST, _ON_A_SIDE, _MEDIANS = 10, 2, 4.0
 # Readings are too coarse to tell a level by from this share of them on that their last digit counts.
 _COARSE = 0.05
 # A step counts as scaled if it misses that by less than this factor, at most, or the root of the factor.
@@ -157,6 +160,11 @@ def _is_about_zero(sides: tuple[FloatArray, FloatArray], digits: tuple[float, fl
     # Where the record begins, or ends, too few tell their noise: those on the other side have the same, if there was no switch.
     side = near[small] if near[small].size >= _FEWEST else near[1 - small]
     noise = noise_of(side) if side.size >= _FEWEST else 0.0
+    # What scatters about zero has no level that another unit could have made of it.
+    rest = (sides[0][::-1] if small == 0 else sides[1])[:_OF_REST]
+    on_a_side = min(np.count_nonzero(rest > 0), np.count_nonzero(rest < 0))
+    if on_a_side >= _ON_A_SIDE and ends[small] <= _MEDIANS * np.median(np.abs(rest)) and not _one_way(np.diff(rest)):
+        return True
     return max(ends) < _NEAR_ZERO * span and ends[small] < max(_REST_NOISES * noise, _REST_DIGITS * digits[small])
 
 
@@ -342,7 +350,7 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
             _jumps_there(values[q], switch, _JUMP_SHARE if q in ("displacement", "time") else _LARGE)
             and all(s.row != switch.row or not s.scaled for s in found.get(q, ()))
             for q in beside
-        )
+        ) or any(_makes_it(values[q], values[quantity], switch) for q in beside[:1] if q != "time")
         # A displacement may stand still on two levels, time go on after a pause, and a force be held if nothing tells of it.
         enough = switch.scaled or quantity.startswith("capacitance") or (quantity == "force" and "displacement" in values)
         if enough and not shared and not (switch.ended and not _turns_there(values.get("displacement"), switch)):
@@ -376,6 +384,16 @@ def _jumps_there(values: FloatArray, switch: _Switch, share: float) -> bool:
     there = steps[np.isfinite(steps)]
     usual = float(np.max(there)) if there.size else 0.0
     return step > _JUMP * usual and step > share * float(np.nanmax(values) - np.nanmin(values))
+
+
+def _makes_it(other: FloatArray, values: FloatArray, switch: _Switch) -> bool:
+    """Whether a step of another channel makes the jump at the slope of the rows beside, as of a stage that steps and waits."""
+    rows = np.flatnonzero(np.isfinite(values) & np.isfinite(other))
+    at = np.flatnonzero(rows == switch.last)
+    if rows.size < _FEWEST or not at.size or at[0] + 1 >= rows.size or rows[at[0] + 1] != switch.row:
+        return False
+    # What scatters makes no jump, and steps of a stage look like scatter.
+    return bool(held_beside(values[rows], other[rows], at, 0.0, 0.0).explained[0])
 
 
 # --- words -------------------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import codecs
 import hashlib
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -24,10 +25,27 @@ from calib.lab.instruments.signals import (
 from calib.lab.instruments.stamps import with_stamps_in_cells
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
+from calib.lab.instruments.wrapped import with_whole_header
 from calib.regular import names_beside, require_regular
 
 # Encodings of instruments' software besides Unicode and the Western ones, in the order in which a draw is decided.
-_LEGACY = ("cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+_LEGACY = (
+    "cp1250",
+    "iso8859-2",
+    "cp1251",
+    "cp1253",
+    "cp1254",
+    "gb18030",
+    "cp932",
+    "cp949",
+    "cp950",
+    "cp850",
+    "cp866",
+    "koi8-r",
+    "euc_jp",
+)
+# Those of old programs, of which a note is made.
+_OLD = ("cp850", "cp866", "koi8-r", "euc_jp")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
 # Bytes that are signs in the Western encoding of Windows, a dash or a quotation mark, and none in Latin-1.
@@ -51,6 +69,8 @@ _LONGEST_LINE = 20_000
 # A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
 _OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
 _HEAD, _BREAKS = 60, 40
+# Lines within such a cell, all of words.
+_WITHIN, _OF_WORDS = 3, re.compile(r"[^\W\d_]")
 # Blanks at which no line is broken, beside a delimiter, where they pad a cell; between digits they set thousands apart.
 _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
@@ -101,6 +121,8 @@ _NAMED_ELSEWHERE = (
         "columns are named by the titles above their pairs",
     ),
 )
+# Lines at the beginning in which a header and its first rows stand.
+_OF_HEADER = 60
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -192,7 +214,8 @@ def read_lab_text(path: Path) -> LabText:
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
-    notes = (*unseen, *digits, *notes)
+    of_old = (f"the letters are read in {encoding}, in which most names are understood",) if encoding in _OLD else ()
+    notes = (*of_old, *unseen, *digits, *notes)
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
 
 
@@ -260,13 +283,19 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
         text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
         if n_cell:
             notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
+    joined, note = with_whole_header(text.split("\n", _OF_HEADER))
+    if joined:
+        text, notes = "\n".join(joined), [*notes, note]
     return text, tuple(notes)
 
 
 def _unquoted(lines: list[str]) -> list[str]:
-    """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own."""
+    """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own.
+
+    Names above may stand without quotes, as many as there are cells in the first line that is in quotes.
+    """
     found: list[str] = []
-    n_whole, n_named = 0, 0
+    n_whole, n_named, above = 0, 0, ""
     for line in lines:
         match = _QUOTED_LINE.fullmatch(line)
         inside = match[1].replace('""', '"') if match is not None else line
@@ -274,9 +303,14 @@ def _unquoted(lines: list[str]) -> list[str]:
         if not whole and '"' not in line and re.search(r"[,;\t]", line.strip(" ,;\t")) is None:
             found.append(line)  # a title, or nothing
         elif whole:
+            if above and not n_whole and not any(0 < above.count(mark) == inside.count(mark) for mark in ",;\t"):
+                return []
             n_whole += 1
             n_named += not is_numeric(re.split(r"[,;\t]", inside)[0].strip(' "'))
             found.append(inside)
+        elif not n_whole and '"' not in line and not is_numeric(re.split(r"[,;\t]", line)[0]):
+            above, n_named = line, 1
+            found.append(line)
         else:
             return []
     # "0,5" alone in each line is a number.
@@ -288,14 +322,15 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
     """Lines where cells of a header that hold line breaks, in quotes, stand in one; blank ones take the place of others."""
     for first in range(min(len(lines), _HEAD)):
         last = first
-        while last + 1 < len(lines) and last - first < _BREAKS and _goes_on(lines[first], lines[last + 1]):
+        while last + 1 < len(lines) and last - first < _BREAKS and _goes_on(lines[first], lines[last + 1 : last + 2 + _WITHIN]):
             last += 1
             lines[first], lines[last] = f"{lines[first].rstrip()} {lines[last].lstrip()}", ""
     return tuple(lines)
 
 
-def _goes_on(line: str, following: str) -> bool:
-    """Whether a cell in quotes begins in a line and ends in the following one."""
+def _goes_on(line: str, below: Sequence[str]) -> bool:
+    """Whether a cell in quotes begins in a line and ends in the following one, or behind a few lines of words."""
+    following = next((text for text in below if '"' in text or not _OF_WORDS.search(text)), "")
     if len(line) > _LONGEST_LINE or _OPEN.search(line) is None or _CLOSE.match(following) is None:
         return False
     # A row of numbers goes on in no cell of the row before: a quotation mark was left open.

@@ -9,7 +9,7 @@ from functools import lru_cache
 from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
 from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
-from calib.lab.instruments.units import is_unit_of, looks_like_unit
+from calib.lab.instruments.units import RECORDED, is_unit_of, looks_like_unit
 
 # Letters of a unit with the words beside it.
 _LONGEST = 200
@@ -27,6 +27,11 @@ _ARITHMETIC = re.compile(
     r"facteur|mal|geteilt|mille|kilo|milli|micro|centi|deci|mega|half|halved|doubled?|inverse|reciprocal|log|squared|"
     r"(?:ten|hundred|thousand|million|tausend|hundert|zehn)\w*)\b",
     re.IGNORECASE,
+)
+# A power of ten times a unit: "×10⁻³ N", "(10^-3 N)", "*1E-3 N"; "1e-3 N" may be a reading.
+_POWER = re.compile(
+    r"[(\[]?\s*(?P<unit>(?:(?:[×x*·]\s?)?10\s?(?:(?:\^|\*\*)\s?[-+\u2212]?\d{1,2}|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,2})|[×x*·]\s?1[eE][-+]?\d{1,2})"
+    r"\s?[·*]?\s?[^\W\d_]{1,3})\s*[)\]]?"
 )
 _READING = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?P<unit>[^\W\d_]\S{0,5})")
 # Units that are words of a language, too.
@@ -59,6 +64,8 @@ def unit_cell(cell: str) -> UnitCell | None:
     (UnitCell(unit='mm', remark=''), 'kN', None, UnitCell(unit='N', remark='[100 N cell]'))
     >>> unit_cell("(N) zeroed").unit, unit_cell("(N) max"), unit_cell("(N) x10"), unit_cell("(N) or (kN)")
     ('N', None, None, None)
+    >>> unit_cell("×10⁻³ N").unit, unit_cell("(*1E-3 N)").unit, unit_cell("1e-3 N")
+    ('×10⁻³ N', '*1E-3 N', None)
     """
     cell = " ".join(cell.split())
     if not cell:
@@ -70,6 +77,9 @@ def unit_cell(cell: str) -> UnitCell | None:
         return UnitCell(match["unit"])
     if looks_like_unit(cell):
         return UnitCell(cell)
+    power = _POWER.fullmatch(cell)
+    if power is not None and any(is_unit_of(power["unit"], quantity) for quantity in RECORDED):
+        return UnitCell(power["unit"])
     beside = _unit_and_words(cell)
     if beside is None:
         return None

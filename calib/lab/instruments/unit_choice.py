@@ -192,7 +192,7 @@ def _is_of_results(sheet: Sheet, line: int, index: int, quantity: str, factor: f
     lines = sheet.text.lines
     below = next((text for text in lines[line : line + 2] if text.strip()), "")
     names, results = (split_line(text, sheet.delimiter) for text in (lines[line - 1] if line > 0 else "", below))
-    if len(names) != len(results) or len(names) < 2 or any(c and not is_numeric(c) for c in results[1:]):
+    if len(names) != len(results) or len(names) < 2 or not any(map(is_numeric, results)):
         return False
     largest = float(np.nanmax(np.abs(readings([sheet.columns[index]], [factor], sheet.declared_decimal)[0]), initial=0.0))
     shown = False
@@ -247,8 +247,14 @@ def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) ->
     """
     quantity = heading.quantity
     asked, written = _asked_unit(quantity, reading), written_unit(sheet, index, heading)
-    if asked is None or not written or heading.unit_doubt:
+    if asked is None or heading.unit_doubt:
         return ""
+    if not written:
+        # A column that the user names may have a unit that is none as it stands, such as "?m".
+        inside = (bracket.strip() for bracket in re.findall(r"[(\[]([^()\[\]]+)[)\]]", sheet.names[index]))
+        meant = [(u, lab_factor(m, quantity)) for u in inside for m in may_be_meant(u, quantity)]
+        agree = any(np.isclose(factor, asked_factor(asked, quantity), rtol=1e-9) for _, factor in meant)
+        return "" if agree or not meant else meant[0][0]
     if not is_unit_of(written, quantity):
         return written
     return "" if np.isclose(lab_factor(written, quantity), asked_factor(asked, quantity), rtol=1e-9) else written

@@ -72,6 +72,8 @@ _OF_A_RUN = re.compile(
     r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
     re.IGNORECASE,
 )
+# Which of several alike it is, behind its name: "Force No. 1 (N)".
+_NUMBERED = re.compile(r"(?<=[^\W\d_]) (?:no|nr)\.? ?(?P<index>\d{1,2})(?=\s*[(\[])", re.IGNORECASE)
 # Of which run a column is, before its name, as Logger Pro writes it: "Latest: Force (N)", "Data Set 1:Time(s)".
 _RUN_BEFORE = re.compile(
     r"(?:primary|secondary|latest|data ?set|datensatz|run|trial|test|measurement|messung|versuch|essai|mesure|prova|ensayo)"
@@ -82,6 +84,8 @@ _RUN_BEFORE = re.compile(
 _SYMBOLS: Mapping[str, str] = MappingProxyType({"displacement": "shdxzwlu", "force": "FPL", "capacitance": "C", "time": "t"})
 # "Normal load, P (N)", "Capacitance, C_p (pF)": the letter of formulas behind a name.
 _NAME_AND_SYMBOL = re.compile(r"(?P<name>.*[^\W\d_]{2}),\s*(?P<symbol>[^\W\d_](?:_?[^\W\d_])?)")
+# "Indentation $\\delta$ (mm)", "Indentation δ (mm)": what an approach is called in formulas, behind the name of one.
+_AND_DELTA = re.compile(r"(?P<name>.*[^\W\d_]{3}),?\s(?:δ|delta)")
 # These letters, and their indices; "Position, x (mm)" and "Force, F_t (N)" may be of another direction.
 _BEHIND_COMMA: Mapping[str, str] = MappingProxyType(
     {"displacement": "shdzwuδ", "force": "FPLNW", "capacitance": "C", "time": "t"}
@@ -323,7 +327,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
-    cell = _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell))
+    cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
     if of_run is not None and not understand(cell[: of_run.start("name")]):
         found = _interpret(of_run["name"], unit_below)
@@ -349,6 +353,11 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if isinstance(found, Heading) and _is_its_symbol(of_symbol["symbol"], found.quantity, (*brackets, unit_below)):
             own = _interpret(f"{of_symbol['symbol']} {behind}".strip(), unit_below) if found.quantity == "capacitance" else ""
             return own if isinstance(own, Heading) else found
+    if (of_delta := _AND_DELTA.fullmatch(outside)) is not None:
+        found = _interpret(f"{of_delta['name']} {' '.join(f'({b})' for b in brackets)}".strip(), unit_below)
+        there = any(unit and is_unit_of(unit, "displacement") for unit in (*brackets, unit_below))
+        if there and isinstance(found, Heading) and found.quantity == "displacement":
+            return found
     outside, capacity = _without_capacity(outside, (*brackets, unit_below))
     if capacity:
         found = _interpret(f"{outside} {' '.join(f'({b})' for b in brackets)}", unit_below)

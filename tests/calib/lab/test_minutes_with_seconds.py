@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from models.sensor import FloatArray
 
 N = 150
 DEPTH = np.concatenate([np.linspace(0.0, 1.0, 90), np.linspace(1.0, 0.02, 60)])
@@ -49,3 +51,34 @@ def test_hundredths_behind_seconds_are_read_where_the_header_says_so(tmp_path: P
     time = [f"00:{k // 4:02d}:{25 * (k % 4):02d}" for k in range(N)]
     table = read(tmp_path, time, "Time (mm:ss:cs)")
     assert np.allclose(table.columns["time"] - table.columns["time"][0], 0.25 * np.arange(N))
+
+
+# ------------------------------------------------------------------------------------------- seconds, then minutes and seconds
+
+
+def _stopwatch(seconds: float) -> str:
+    return f"{seconds:.1f}" if seconds < 60 else f"{int(seconds // 60)}:{seconds % 60:04.1f}"
+
+
+@pytest.mark.parametrize("name", ["Time", "Time (s)", "t"])
+@pytest.mark.parametrize("mark", [".", ","])
+def test_seconds_that_go_on_as_minutes_and_seconds_are_those_of_a_stopwatch(tmp_path: Path, name: str, mark: str) -> None:
+    seconds = 0.5 * np.arange(N)
+    table = read(tmp_path, [_stopwatch(s).replace(".", mark) for s in seconds], name)
+    assert np.allclose(table.columns["time"] - table.columns["time"][0], seconds)
+    assert any("reach a full minute there" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "name"),
+    [
+        (np.concatenate([0.5 * np.arange(100), 80.0 + 0.5 * np.arange(50)]), "Time"),
+        (np.concatenate([0.1 * np.arange(100), 60.0 + 0.1 * np.arange(50)]), "Time (s)"),
+        (0.5 * np.arange(N), "Time (min)"),
+    ],
+)
+def test_seconds_that_do_not_reach_a_full_minute_where_minutes_begin_are_not(
+    tmp_path: Path, seconds: FloatArray, name: str
+) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, [_stopwatch(s) for s in seconds], name)

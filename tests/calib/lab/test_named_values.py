@@ -113,3 +113,21 @@ def test_a_stamp_before_other_names_than_the_first_lines_have_is_refused(tmp_pat
     path = write(tmp_path, lambda i, x, f: f"14:02:{0.02 * i:06.3f} " * (i != 30) + f"disp={x:.3f} mm F={f:.3f} N")
     with pytest.raises(InputError, match="does not name the values"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize("form", ["{} C: {:.4f} pF", "{} Cp={:.4f}pF", "2024-01-19 {}\tC = {:.4f} pF"])
+def test_one_value_behind_a_time_of_day_is_named_by_its_line(tmp_path: Path, form: str) -> None:
+    table = read_lab_file(write(tmp_path, lambda i, x, f: form.format(f"14:02:{0.02 * i:06.3f}", 97 + f)))
+    np.testing.assert_allclose(table.columns["capacitance"], (97 + np.array(LOAD)) * 1e-12, atol=1e-16)
+    np.testing.assert_allclose(table.columns["time"] - table.columns["time"][0], 0.02 * np.arange(N), atol=1e-6)
+
+
+def test_one_value_behind_a_time_that_is_now_one_and_now_another_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, lambda i, x, f: f"14:02:{0.02 * i:06.3f} " + (f"C: {97 + f:.4f} pF" if i % 2 else f"F: {f:.4f} N"))
+    with pytest.raises(InputError, match="of 2 in turn"):
+        read_lab_file(path)
+
+
+def test_one_value_behind_a_time_in_lines_above_a_table_makes_no_rows(tmp_path: Path) -> None:
+    above = [*(f"14:02:0{k}.000 Step: {k}" for k in range(6)), "Time (s),Extension (mm),Load (N)"]
+    assert_press(read_lab_file(write(tmp_path, lambda i, x, f: f"{0.02 * i:.2f},{x:.3f},{f:.3f}", above)))

@@ -427,3 +427,37 @@ def test_thousands_of_a_column_that_is_not_read_leave_the_mark_of_the_others_ope
     count = [str(990 + i) for i in range(N)]
     path = written(tmp_path, ",".join(["Scan count", "Time (s)", "Cp (pF)"]), count, [str(i) for i in range(N)], CAP, sep=",")
     assert capacitance(read_lab_file(path, Reading())) == [float(c) for c in CAP]
+
+
+# --------------------------------------------------------------------------------------------- thousands and stripped decimals
+
+
+def _german(value: float) -> str:
+    """With a point between thousands, a decimal comma, and without zeros at the end: 1.017,1 and 1.266."""
+    return f"{value:,.1f}".removesuffix(".0").translate(str.maketrans(",.", ".,"))
+
+
+def test_numbers_with_both_marks_show_that_thousands_are_set_apart_in_those_without_decimals(tmp_path: Path) -> None:
+    force = [round(i * 61.7, 1) if i % 5 else float(round(i * 61.7)) for i in range(N)]
+    written_so = [_german(f) for f in force]
+    assert any(c.count(".") == 1 and "," not in c for c in written_so)
+    table = read_lab_file(written(tmp_path, "Zeit (s);Weg (mm);Kraft (mN)", comma(TIME), comma(DEPTH), written_so))
+    np.testing.assert_allclose(table.columns["force"], 1e-3 * np.array(force))
+    assert any("sets thousands apart" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("odd", ["1266", "1266,5"])
+def test_they_do_not_where_another_number_has_its_thousands_together(tmp_path: Path, odd: str) -> None:
+    force = [_german(round(i * 61.7, 1) if i % 5 else float(round(i * 61.7))) for i in range(N)]
+    force[20] = odd
+    assert "decimal mark" in refusal(written(tmp_path, "Zeit (s);Weg (mm);Kraft (mN)", comma(TIME), comma(DEPTH), force))
+
+
+def test_whole_numbers_beside_thousands_are_asked_about_with_what_to_say(tmp_path: Path) -> None:
+    depth = [f"{254 + i * 9021:,}" for i in range(N)]
+    rows = [f'{0.2 * i:.3f},"{d}",{0.01 * i:.4f}' for i, d in enumerate(depth)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s),Depth (nm),Load (N)", *rows]) + "\n")
+    assert "--decimal" in refusal(path)
+    table = read_lab_file(path, Reading(decimal="."))
+    np.testing.assert_allclose(table.columns["displacement"], 1e-9 * (254 + 9021 * np.arange(N)))

@@ -10,6 +10,7 @@ from hostile_press import lines_of, press, texts, times
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from models.sensor import FloatArray
 
 P = press(120, seed=61)
 HEADS = ("Time (s)", "Extension (mm)", "Load (N)")
@@ -200,3 +201,46 @@ def test_noise_of_the_first_rows_is_no_switch(tmp_path: Path, first: tuple[str, 
     force = (*first, *course)
     table = _read(tmp_path, P.t, tuple(f"{0.01 * i:.4f}" for i in range(len(P.t))), force)
     np.testing.assert_allclose(table.columns["force"], np.array(force, float))
+
+
+# ------------------------------------------------------------- jumps that the ball makes, or that end where nothing is pressed
+
+
+def _stair(steps: int, dwell: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """A stage that steps and waits, up and down again, with a touch on the way; the load of each row."""
+    rng = np.random.default_rng(seed)
+    levels = np.linspace(0.0, 1.0, steps + 1)
+    ball = np.repeat(np.concatenate([levels, levels[-2::-1]]), dwell)
+    force = 3.0 * np.clip((ball - rng.uniform(0.2, 0.4)) / 0.7, 0, None) ** 1.5 + rng.normal(0, 0.002, ball.size)
+    return ball + rng.normal(0, 1e-4, ball.size), force + 0.01
+
+
+@pytest.mark.parametrize("dwell", [2, 3, 4])
+def test_a_load_that_jumps_because_a_stage_steps_and_waits_is_no_switch(tmp_path: Path, dwell: int) -> None:
+    for seed in range(20):
+        ball, force = _stair(6 + seed, dwell, seed)
+        time = texts(0.5 * np.arange(ball.size), 1)
+        assert _read(tmp_path, time, texts(ball, 4), texts(force, 4)).columns["force"].size == ball.size
+
+
+@pytest.mark.parametrize(("factor", "words"), [(101.9716213, "gf after N"), (0.2248089431, "lbf after N"), (1000.0, "1,000")])
+def test_a_unit_that_is_switched_while_a_stage_steps_and_waits_is_told(tmp_path: Path, factor: float, words: str) -> None:
+    ball, force = _stair(10, 4, 1)
+    row = 4 * 9 + 2
+    written = (*texts(force[:row], 4), *texts(factor * force[row:], 4))
+    with pytest.raises(InputError, match="from this line on") as caught:
+        _read(tmp_path, texts(0.5 * np.arange(ball.size), 1), texts(ball, 4), written)
+    assert words in caught.value.faults[0].message
+    assert caught.value.faults[0].line == row + 2
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_ball_that_snaps_off_to_noise_about_zero_is_no_switch(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    ball = np.tile(np.concatenate([np.linspace(0, 1, 30), np.linspace(1, 0, 31)[1:]]), 3)
+    force = 3.0 * np.clip(ball - 0.3, 0, None) ** 1.5 + rng.normal(0, 0.004, ball.size)
+    for cycle in range(3):
+        top, off = 60 * cycle + 29, 60 * cycle + 53
+        force[top:off] = np.linspace(force[top], -rng.uniform(0.2, 1.5), off - top) + rng.normal(0, 0.004, off - top)
+        force[off : 60 * cycle + 60] = rng.normal(0, 0.004, 60 * cycle + 60 - off)
+    _read(tmp_path, texts(0.04 * np.arange(ball.size), 2), texts(ball, 4), texts(-force, 4))

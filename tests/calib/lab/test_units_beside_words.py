@@ -242,7 +242,7 @@ def test_names_that_are_numbers_are_chosen_as_the_refusal_says(tmp_path: Path) -
     ):
         said = refusal(tmp_path, lines)
         assert "numbers stand where names of columns would: 1000, 10000" in said
-        assert "--columns capacitance=1000 --units capacitance=pF" in said
+        assert "--columns capacitance=1000 --units capacitance=..." in said
         for name in ("1000", "2"):
             table = read(tmp_path, lines, columns={"capacitance": name}, units={"capacitance": "pF"})
             np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-12)
@@ -493,6 +493,14 @@ def test_a_table_of_results_above_has_units_of_its_own(tmp_path: Path, named: st
     table = read(tmp_path, [*results, *raw])
     np.testing.assert_allclose(table.columns["force"], FORCE, atol=0.06)
     assert any("are results, in units of their own" in note for note in table.notes)
+
+
+def test_a_table_of_results_that_names_its_specimens_has_units_of_its_own(tmp_path: Path) -> None:
+    results = ["Results", '"","Specimen label","Maximum Load (N)"', f'"1","S-01",{FORCE.max():.4f}', ""]
+    table = read(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(TIME, DEPTH, FORCE / 1000)])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=0.06)
+    assert any("are results, in units of their own" in note for note in table.notes)
+    assert "says that the unit" in refusal(tmp_path, [*results, "Time,Extension,Load", "(s),(mm),(kN)", *rows(*PRESS)])
 
 
 def test_results_that_are_none_of_the_readings_contradict_their_unit(tmp_path: Path) -> None:

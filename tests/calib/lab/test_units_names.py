@@ -14,6 +14,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import asked_factor, lab_factor, usual_units
 from calib.lab.instruments.vocabulary import understand, why_unread
 
@@ -677,3 +678,118 @@ def test_a_unit_that_is_asked_for_as_the_file_has_it_is_no_other(tmp_path: Path)
     assert not any("though the file says" in note for note in notes)
     notes = read(tmp_path, "Time (0.1 s),Depth (mm),Force (N)", T, D, F, units={"time": "s"}).notes
     assert any("is read in s as asked, though the file says 0.1 s" in note for note in notes)
+
+
+# --------------------------------------------------------------------------- under what and with what a column was measured
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit"),
+    [
+        ("Force (N) at 23 °C", "force", "N"),
+        ("Force at 23 °C (N)", "force", "N"),
+        ("Force (N, 23 °C)", "force", "N"),
+        ("Force (N) (class 0.5)", "force", "N"),
+        ("Force (N) (S/N 20331)", "force", "N"),
+        ("LVDT [mm] (SN 4471)", "displacement", "mm"),
+        ("Force (N) (±0.5 %)", "force", "N"),
+        ("Force (N) (cal. 2025-03)", "force", "N"),
+        ("Kraft (N) (kalibriert am 3.5.2024)", "force", "N"),
+        ("Displacement (mm) (res. 0.1 µm)", "displacement", "mm"),
+        ("Displacement (mm) at 1 mm/min", "displacement", "mm"),
+        ("Displacement (mm) (1 mm/min)", "displacement", "mm"),
+        ("Extension (mm) @ 0.5 mm/s", "displacement", "mm"),
+        ("Displacement (mm) (range ±5 mm)", "displacement", "mm"),
+        ("Force [N] (amplifier range 20 N)", "force", "N"),
+        ("Cp (pF) at 23 °C", "capacitance", "pF"),
+    ],
+)
+def test_under_what_and_with_what_a_column_was_measured_changes_nothing_of_it(name: str, quantity: str, unit: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert (found.quantity, found.unit) == (quantity, unit)
+    assert (found.unit_doubt, found.name_doubt, found.processed) == ("", "", False)
+
+
+@pytest.mark.parametrize("name", ["Force (N) (10 Hz low pass)", "Force (N), 10 Hz filter", "Force (N) (filtered 10 Hz)"])
+def test_a_filter_with_its_frequency_on_either_side_is_told(name: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert found.processed
+
+
+def test_the_number_of_one_of_several_alike_stands_behind_its_name() -> None:
+    found = [understand(name) for name in ("Force No. 1 (N)", "Force Nr. 2 (N)")]
+    assert [(f.quantity, f.index) for f in found if f is not None] == [("force", "1"), ("force", "2")]
+
+
+@pytest.mark.parametrize(
+    "name", ["Force (N) (cal. 2.5)", "Force (N) (x10)", "Force (N) (res. 0.1)", "Displacement (mm) (positive downwards)"]
+)
+def test_a_remark_that_may_change_the_readings_leaves_them_in_doubt(name: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert found.unit_doubt or found.name_doubt
+
+
+@pytest.mark.parametrize(
+    "name", ["Force (N) at peak", "Displacement min (mm)", "Displacement (mm) (min)", "Max force (N) at 23 °C"]
+)
+def test_a_statistic_beside_a_condition_stays_one(name: str) -> None:
+    assert understand(name) is None
+    assert "is a statistic" in why_unread(name)
+
+
+@pytest.mark.parametrize("cell", ["N (5 N Dose)", "N (23 °C)", "N (class 0.5)", "N (cal. 2025-03)", "mm (res. 1 µm)"])
+def test_the_same_beside_the_unit_in_a_row_of_units_changes_nothing(cell: str) -> None:
+    found = unit_cell(cell)
+    assert found is not None
+    assert found.unit == cell.split()[0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Verlängerung (mm)",
+        "Längenänderung (mm)",
+        "压入深度/mm",
+        "压痕深度 (mm)",
+        "Indentation $\\delta$ (mm)",
+        "Eindringtiefe δ (mm)",
+    ],
+)
+def test_more_names_of_a_displacement_are_understood(name: str) -> None:
+    found = understand(name)
+    assert found is not None
+    assert (found.quantity, found.unit, found.name_doubt) == ("displacement", "mm", "")
+
+
+@pytest.mark.parametrize(
+    "name", ["Capacitance $\\delta$ (pF)", "Force $\\delta$ (N)", "Indentation delta C (mm)", "Phase delta (mm)"]
+)
+def test_delta_behind_another_name_leaves_it_in_doubt(name: str) -> None:
+    found = understand(name)
+    assert found is None or found.name_doubt
+
+
+def test_a_letter_in_a_unit_of_length_that_stands_alone_is_the_displacement_with_a_note(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    lines = (",".join(row) for row in zip(cells(TIME, 1), cells(DEPTH), cells(FORCE), strict=True))
+    path.write_text("\n".join(["t in s,w in mm,F in N", *lines]) + "\n")
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH)
+    assert any('"w in mm", the only column in mm' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("unit", ["×10⁻³ N", "(×10⁻³ N)", "10^-3 N", "*1E-3 N"])
+def test_a_power_of_ten_times_a_unit_in_a_row_of_units_is_one(tmp_path: Path, unit: str) -> None:
+    path = tmp_path / "press.csv"
+    lines = (",".join(row) for row in zip(cells(TIME, 1), cells(DEPTH), cells(FORCE), strict=True))
+    path.write_text("\n".join(["Time,Displacement,Force", f"s,mm,{unit}", *lines]) + "\n", encoding="utf-8")
+    np.testing.assert_allclose(read_lab_file(path).columns["force"], 1e-3 * FORCE, atol=1e-12)
+
+
+@pytest.mark.parametrize("cell", ["1e-3 N", "x10 N", "10^-3 foo", "x10"])
+def test_a_reading_or_a_factor_of_another_form_is_no_unit(cell: str) -> None:
+    found = unit_cell(cell)
+    assert found is None or "N" not in found.unit
