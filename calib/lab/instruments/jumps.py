@@ -11,7 +11,8 @@ import numpy as np
 from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.followed import followed
 from calib.lab.instruments.labtable import IntArray
-from calib.lab.instruments.spikes import last_step, noise_of
+from calib.lab.instruments.more_than_noise import more_than_noise
+from calib.lab.instruments.spikes import last_step, noise_of, turns_of
 from models.sensor import BoolArray, FloatArray
 
 CAPACITANCES = ("capacitance", "capacitance_series")
@@ -284,15 +285,20 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         beside = {q: _resampled(values[q], course) for q in others}
         if quantity == "force":
             at = np.union1d(at, _large(course, floor))
+        most = max(_MOST if quantity == "force" else 2, _SHARE * course.y.size)
+        turns = np.searchsorted(course.first, turns_of(values[next(iter(others))])) if others else _NONE
+        told = more_than_noise(course.y, at, course.off(at), turns)
+        if at.size > most:
+            at, told = at[told], told[told]
         # Of a load those count that the ball does not make.
-        if not at.size or at.size > max(_MOST if quantity == "force" else 2, _SHARE * course.y.size):
+        if not np.any(told) or at.size > most:
             continue
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():
             seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
         if quantity == "force" and "displacement" in others:
             seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
-        alone, rest = at[~seen], at
+        own, alone, rest = at[~seen], at[told & ~seen], at[told]
         if alone.size > max(2, _SHARE * course.y.size):
             continue
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
@@ -303,7 +309,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             )
             factor = 1.0
             if quantity not in CAPACITANCES:
-                judged, factor = _or_scaled(judged, quantity, course, i, alone, {q: c.y for q, c in beside.items()}, pause)
+                judged, factor = _or_scaled(judged, quantity, course, i, own, {q: c.y for q, c in beside.items()}, pause)
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
                 jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged, factor=factor))

@@ -115,7 +115,7 @@ def _alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
     channels = {q: values[q] for q in SMOOTH if q in values}
     found = {q: _runs_of(y) for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}
-    turns = _turns(channels["displacement"]) if "displacement" in channels else _NO_TURN
+    turns = turns_of(channels["displacement"]) if "displacement" in channels else _NO_TURN
     kept: dict[str, dict[int, float]] = {}
     for quantity, runs in found.items():
         rows: dict[int, float] = {}
@@ -257,8 +257,17 @@ def _off_cubic(values: FloatArray, others: Sequence[_Other], turns: IntArray) ->
     return found
 
 
-def _turns(values: FloatArray) -> IntArray:
-    """Rows in which the ball turns, the last of each way, whatever single readings do."""
+def turns_of(values: FloatArray) -> IntArray:
+    """Find the rows in which the ball turns, the last of each way, whatever single readings do.
+
+    Parameters
+    ----------
+    values : its place, or what goes with it, nan where there is no reading, (n_row,).
+
+    Returns
+    -------
+    Rows in order; none of few readings, and of many, of which one does not matter.
+    """
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
     if not 3 * _BESIDE < y.size <= _SHORT:

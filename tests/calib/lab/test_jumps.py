@@ -12,6 +12,7 @@ from hostile_press import lines_of, press, texts
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, observe, read_lab_file
 from calib.lab.instruments.doubts import doubtful
+from calib.lab.instruments.more_than_noise import more_than_noise
 from models.sensor import FloatArray
 
 P = press(160, seed=81)
@@ -69,6 +70,50 @@ def test_rows_of_one_zero_of_the_place_are_used_together_in_contact_too(tmp_path
     assert table.zeroed == {"displacement": (60,)}
     seen = observe(table)
     assert not (np.any(seen.used[:60]) and np.any(seen.used[60:]))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.015, 0.02, 0.03])
+@pytest.mark.parametrize("n", [80, 160, 400])
+@pytest.mark.parametrize("which", [3, 4])
+def test_noise_that_grows_with_the_load_is_no_jump_of_it(tmp_path: Path, share: float, n: int, which: int) -> None:
+    for seed in range(4):
+        p, rng = press(n, seed=90 + seed, unloading=False), np.random.default_rng([91, n, seed])
+        t, x, f, c = (np.array(column, dtype=float) for column in (p.t, p.d, p.f, p.c))
+        table = _read(tmp_path, *(t, x, f * (1 + rng.normal(0, share, f.size)), c)[:which])
+        assert not table.zeroed
+        assert not any("jump" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.02])
+@pytest.mark.parametrize("n", [80, 160, 400])
+@pytest.mark.parametrize("which", [3, 4])
+def test_a_tare_in_contact_is_told_beside_noise_that_grows_with_the_load(
+    tmp_path: Path, share: float, n: int, which: int
+) -> None:
+    for seed in range(4):
+        p, rng = press(n, seed=90 + seed, unloading=False), np.random.default_rng([92, n, seed])
+        t, x, f, c = (np.array(column, dtype=float) for column in (p.t, p.d, p.f, p.c))
+        row, noisy = int(0.4 * f.size), f * (1 + rng.normal(0, share, f.size))
+        table = _read(tmp_path, *(t, x, np.where(np.arange(f.size) >= row, noisy - noisy[row], noisy), c)[:which])
+        # That may also be told as a load that contradicts the place.
+        assert table.zeroed == {"force": (row,)} or "contradicts" in table.reasons[row]
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.5])
+def test_steps_beside_noise_that_grows_are_told_by_their_size_or_by_the_readings_behind(share: float) -> None:
+    rng = np.random.default_rng(93)
+    course = np.concatenate([np.zeros(40), np.linspace(0.0, 1.0, 100) ** 1.5])
+    noisy = course * (1 + 0.02 * rng.normal(size=course.size)) + 1e-3 * rng.normal(size=course.size)
+    at = np.array([110])
+    for off_by, told in ((share, True), (0.0, False)):
+        y = noisy + np.where(np.arange(noisy.size) > at[0], off_by, 0.0)
+        off = np.abs(np.diff(y)[at] - np.median(np.diff(y)[105:116]))
+        assert more_than_noise(y, at, off, np.zeros(0, dtype=np.int64)).tolist() == [told]
+    # One that comes back is noise.
+    y = noisy.copy()
+    y[at + 1] += 0.1
+    off = np.abs(np.diff(y)[at] - np.median(np.diff(y)[105:116]))
+    assert more_than_noise(y, at, off, np.zeros(0, dtype=np.int64)).tolist() == [False]
 
 
 def test_zeros_of_chosen_rows_are_counted_among_these(tmp_path: Path) -> None:
