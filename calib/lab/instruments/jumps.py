@@ -11,8 +11,8 @@ import numpy as np
 from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.followed import followed
 from calib.lab.instruments.labtable import IntArray
-from calib.lab.instruments.more_than_noise import more_than_noise
 from calib.lab.instruments.spikes import last_step, noise_of, turns_of
+from calib.lab.instruments.times_noise import times_noise
 from models.sensor import BoolArray, FloatArray
 
 CAPACITANCES = ("capacitance", "capacitance_series")
@@ -27,6 +27,8 @@ _LARGER = 1
 _FEW_BESIDE, _OF_ONE = (3, 2, 1), 0.5
 # So many times as far off as steps differ from the next, bends aside, as a median, is more than noise.
 _BENDS = 7.0
+# Noise may also grow with the reading: steps of fewer times the scatter of readings as large are noise, or may be.
+_MAY_BE_NOISE, _IS_MORE = 4.5, 8.0
 # Steps of less than this share of what makes a jump are none.
 _STILL = 0.25
 # Readings that show what they are written in; numbers that differ by a smaller share are the same.
@@ -68,6 +70,8 @@ _BACK, _LOST = 0.2, 0.2
 #: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened; another scale.
 OVERFLOW, ZERO, OPEN, SCALED = "overflow", "zero", "open", "scaled"
 
+# What is said of one that is no larger than noise may be.
+_OR_NOISE = "noise that grows with the reading, or another zero"
 #: What is said of a jump that none of the columns that are read shows.
 UNSHOWN = "something that no other column shows"
 
@@ -287,29 +291,34 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             at = np.union1d(at, _large(course, floor))
         most = max(_MOST if quantity == "force" else 2, _SHARE * course.y.size)
         turns = np.searchsorted(course.first, turns_of(values[next(iter(others))])) if others else _NONE
-        told = more_than_noise(course.y, at, course.off(at), turns)
+        times = times_noise(course.y, at, course.off(at), turns)
         if at.size > most:
-            at, told = at[told], told[told]
+            at, times = at[times > _IS_MORE], times[times > _IS_MORE]
         # Of a load those count that the ball does not make.
-        if not np.any(told) or at.size > most:
+        if not at.size or at.size > most:
             continue
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():
             seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
         if quantity == "force" and "displacement" in others:
             seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
-        own, alone, rest = at[~seen], at[told & ~seen], at[told]
-        if alone.size > max(2, _SHARE * course.y.size):
+        few, rest, own = max(2, _SHARE * course.y.size), at[times > _IS_MORE], at[~seen]
+        alone, looked_at = (at[~seen & (times > least)] for least in (_IS_MORE, _MAY_BE_NOISE))
+        if alone.size > few:
             continue
-        paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
+        # What may be noise is told, and no row is left out for it.
+        looked_at = looked_at if looked_at.size <= few else alone
+        paused = _shared(course, looked_at, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
-        for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
-            judged = _JUDGES[quantity](
-                course, i, rest, {q: _resampled(values[q], course, driven=others[q].driven) for q in others}, pause
-            )
+        witnesses = {q: _resampled(values[q], course, driven=other.driven) for q, other in others.items()}
+        for i, pause in zip(looked_at.tolist(), paused.tolist(), strict=True):
+            sure = i in alone
+            judged = _JUDGES[quantity](course, i, rest if sure else at, witnesses, pause)
             factor = 1.0
             if quantity not in CAPACITANCES:
                 judged, factor = _or_scaled(judged, quantity, course, i, own, {q: c.y for q, c in beside.items()}, pause)
+            if judged is not None and not sure:
+                judged, factor = (OPEN, _OR_NOISE), 1.0
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
                 jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged, factor=factor))

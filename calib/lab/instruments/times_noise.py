@@ -1,4 +1,4 @@
-"""From steps of a channel to those that are more than its noise, which may grow with the reading."""
+"""From steps of a channel to how far they are more than its noise, which may grow with the reading."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ import numpy as np
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import BoolArray, FloatArray
 
-# Noise is told by differences of this order between so many readings nearly as large, by the quartile of their sizes, which is
-# so many standard deviations; it is surer than the median of as few.
-_ORDER, _ALIKE, _QUARTILE, _OF_NORMAL = 3, 24, 0.75, 1.1503
-# A step is more than noise if it is so many times as large; or if the readings go on from where it ends, as none go on from one
-# that is noise: a curve with a step there through so many on either side has one of so many times its own scatter.
-_NOISES, _GO_ON, _STEPS = 8.0, (6, 8, 12, 20), 9.0
+# Noise is told by differences of this order between readings nearly as large: so many, and such a share of all, as few may lie
+# close by chance; the larger counts.
+_ORDER, _ALIKE, _SHARE = 3, 24, 0.15
+# The quartile of their sizes, in standard deviations; it is surer than the median of as few.
+_QUARTILE, _OF_NORMAL = 0.75, 1.1503
+# Readings go on from where a step ends, as none go on from one that is noise, if a curve with a step there through so many on
+# either side has one of so many times its own scatter.
+_GO_ON, _STEPS = (6, 8, 12, 20), 9.0
 
 
-def more_than_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -> BoolArray:
-    """Tell steps of a channel from its noise, which may be larger where the readings are, as that of many load cells is.
+def times_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -> FloatArray:
+    """Hold steps of a channel against its noise, which may be larger where the readings are, as that of many load cells is.
 
     The scatter of all readings of a press is that of the many near zero and says little of those in contact. So a step is
     held against what scatters there is of readings as large as those on both sides of it.
@@ -32,11 +34,12 @@ def more_than_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArra
 
     Returns
     -------
-    (n_step,)
+    How many times as large as that scatter each is, (n_step,); inf where the readings go on from where it ends.
     """
     if not at.size or y.size <= _ORDER:
-        return np.ones(at.size, dtype=bool)
-    return np.asarray((off > _NOISES * _noise_at(y, at)) | _goes_on(y, at, turns), dtype=bool)
+        return np.full(at.size, np.inf)
+    with np.errstate(divide="ignore"):
+        return np.where(_goes_on(y, at, turns), np.inf, off / _noise_at(y, at))
 
 
 def _noise_at(y: FloatArray, at: IntArray) -> FloatArray:
@@ -44,10 +47,12 @@ def _noise_at(y: FloatArray, at: IntArray) -> FloatArray:
     differences, level = np.abs(np.diff(y, _ORDER)), y[1 : 1 - _ORDER]
     order = np.argsort(level, kind="stable")
     beside = np.searchsorted(level[order], np.stack([y[at], y[at + 1]]))
-    first = np.clip(beside - _ALIKE // 2, 0, max(level.size - _ALIKE, 0))
-    alike = order[np.minimum(first[..., None] + np.arange(_ALIKE), level.size - 1)]
-    scatter = np.max(np.quantile(differences[alike], _QUARTILE, axis=-1), axis=0) / _OF_NORMAL
-    return np.asarray(scatter / sqrt(comb(2 * _ORDER, _ORDER)))
+    scatter = np.zeros(at.size)
+    for n in (min(_ALIKE, level.size), int(_SHARE * level.size)):
+        alike = order[np.clip(beside - n // 2, 0, level.size - n)[..., None] + np.arange(n)]
+        if n:
+            scatter = np.maximum(scatter, np.max(np.quantile(differences[alike], _QUARTILE, axis=-1), axis=0))
+    return np.asarray(scatter / _OF_NORMAL / sqrt(comb(2 * _ORDER, _ORDER)))
 
 
 def _goes_on(y: FloatArray, at: IntArray, turns: IntArray) -> BoolArray:
