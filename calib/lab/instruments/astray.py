@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -20,6 +21,8 @@ from models.sensor import FloatArray
 # A run begins and ends with a step of so many noises, and of such a share of the range; within it readings are off what the
 # other channels let expect by as much. The step is so many times as large as those beside it that no other channel shows.
 _NOISES, _SHARE, _STEPS = 8.0, 0.015, 2.0
+# Noise may grow with the reading: they are off by so many times the scatter of readings as large.
+_AS_LARGE = 6.0
 # Readings on either side whose steps are looked at, and those that a record must have.
 _BESIDE, _FEWEST = 3, 24
 # Rows of a run: at least, and at most as a share of the record, or so many.
@@ -185,7 +188,8 @@ def _of_channel(quantity: str, channels: Mapping[str, _Channel]) -> list[Astray]
         few = 1 + np.count_nonzero(np.diff(own.y[first : last + 1]))
         if usual > _FEW_READINGS and few <= _FEW_READINGS and last + 1 - first <= usual * few:
             continue
-        if first >= behind and _contradicts(quantity, own, first, last, floor, others):
+        least = max(floor, _AS_LARGE * float(np.max(growing_noise(own.y, own.y[[first - 1, last + 1]]))))
+        if first >= behind and _contradicts(quantity, own, first, last, least, others):
             rows = tuple(own.rows[first : last + 1].tolist())
             found.append(Astray(quantity, rows, (float(own.y[first - 1]), float(own.y[last + 1]))))
             behind = last + 1 + _BESIDE

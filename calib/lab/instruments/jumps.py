@@ -290,13 +290,11 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if quantity == "force":
             at = np.union1d(at, _large(course, floor))
         most = max(_MOST if quantity == "force" else 2, _SHARE * course.y.size)
-        turns = np.searchsorted(course.first, turns_of(values[next(iter(others))])) if others else _NONE
-        times = times_noise(course.y, at, course.off(at), turns)
-        if at.size > most:
-            at, times = at[times > _IS_MORE], times[times > _IS_MORE]
         # Of a load those count that the ball does not make.
         if not at.size or at.size > most:
             continue
+        turns = np.searchsorted(course.first, turns_of(values[next(iter(others))])) if others else _NONE
+        times = times_noise(course.y, at, course.off(at), turns)
         seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
         for q, other in others.items():
             seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from calib.lab.instruments.explained import beside
+from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.spikes import last_step, noise_of
 from models.sensor import FloatArray
 
@@ -19,6 +20,8 @@ _BESIDE: Mapping[str, tuple[str, ...]] = {
 # A step begins or ends a block if it is so many noises, last digits, usual steps and such a share of the range, and off by as
 # many but the usual steps.
 _NOISES, _DIGITS, _STEPS, _SHARE = 12.0, 4.0, 2.5, 0.03
+# Noise may grow with the reading: it is off by so many times what readings as large scatter.
+_AS_LARGE = 8.0
 # Where so many steps are as large, or of so many blocks, that is what the record is like.
 _LARGE, _MOST = 0.1, 3
 # Two steps undo each other that differ by such a share, or by what they may be off, but never by more than the larger share.
@@ -65,7 +68,8 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     if not 1 < at.size <= max(2, _LARGE * rows.size):
         return []
     held = [beside(y, other, at, noise, noise_of(other)) for other in others]
-    odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > least) & ~np.any([h.explained for h in held], axis=0)
+    largest = np.maximum(least, _AS_LARGE * np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0))
+    odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > largest) & ~np.any([h.explained for h in held], axis=0)
     at, off, room = at[odd], held[0].off[odd], held[0].room[odd]
     found: list[tuple[int, int, int]] = []
     if at.size > 2 * _MOST:

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
 
@@ -19,6 +20,8 @@ _DRIVEN = ("displacement",)
 # A reading stands alone if it is so far from the line between those beside it: in the noise of all readings, in the last digit
 # of all, in the steps beside it.
 _NOISES, _DIGITS, _STEPS = 15.0, 4.0, 6.0
+# Noise may grow with the reading: it is off by so many times what readings as large scatter.
+_AS_LARGE = 6.0
 # Readings in succession that may do so together, and readings on either side that are looked at.
 _RUN, _BESIDE = 3, 4
 # Of those on a side so many may be beyond an end of the record.
@@ -131,9 +134,17 @@ def _alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             off = _off_cubic(left, others, turns)
             rows |= {r: v for r, v in off.items() if not any(_goes_with(channels[quantity], o.values, r, v) for o in others)}
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
+        rows = _more_than_noise(channels[quantity], rows)
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
     return kept
+
+
+def _more_than_noise(values: FloatArray, rows: Mapping[int, float]) -> dict[int, float]:
+    """Those of some rows -> what is near them that are off it by more than readings as large scatter."""
+    noise = growing_noise(values[np.isfinite(values)], np.array(list(rows.values())))
+    least = dict(zip(rows, _AS_LARGE * noise, strict=True))
+    return {r: near for r, near in rows.items() if abs(float(values[r]) - near) > least[r]}
 
 
 @dataclass(frozen=True, eq=False)

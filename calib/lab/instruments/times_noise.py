@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from math import comb, sqrt
-
 import numpy as np
 
+from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import BoolArray, FloatArray
 
-# Noise is told by differences of this order between readings nearly as large: so many, and such a share of all, as few may lie
-# close by chance; the larger counts.
-_ORDER, _ALIKE, _SHARE = 3, 24, 0.15
-# The quartile of their sizes, in standard deviations; it is surer than the median of as few.
-_QUARTILE, _OF_NORMAL = 0.75, 1.1503
 # Readings go on from where a step ends, as none go on from one that is noise, if a curve with a step there through so many on
 # either side has one of so many times its own scatter.
 _GO_ON, _STEPS = (6, 8, 12, 20), 9.0
@@ -21,9 +15,6 @@ _GO_ON, _STEPS = (6, 8, 12, 20), 9.0
 
 def times_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -> FloatArray:
     """Hold steps of a channel against its noise, which may be larger where the readings are, as that of many load cells is.
-
-    The scatter of all readings of a press is that of the many near zero and says little of those in contact. So a step is
-    held against what scatters there is of readings as large as those on both sides of it.
 
     Parameters
     ----------
@@ -36,23 +27,9 @@ def times_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -
     -------
     How many times as large as that scatter each is, (n_step,); inf where the readings go on from where it ends.
     """
-    if not at.size or y.size <= _ORDER:
-        return np.full(at.size, np.inf)
     with np.errstate(divide="ignore"):
-        return np.where(_goes_on(y, at, turns), np.inf, off / _noise_at(y, at))
-
-
-def _noise_at(y: FloatArray, at: IntArray) -> FloatArray:
-    """Scatter of the readings on both sides of steps, the larger of the two, by that of others as large, (n_step,)."""
-    differences, level = np.abs(np.diff(y, _ORDER)), y[1 : 1 - _ORDER]
-    order = np.argsort(level, kind="stable")
-    beside = np.searchsorted(level[order], np.stack([y[at], y[at + 1]]))
-    scatter = np.zeros(at.size)
-    for n in (min(_ALIKE, level.size), int(_SHARE * level.size)):
-        alike = order[np.clip(beside - n // 2, 0, level.size - n)[..., None] + np.arange(n)]
-        if n:
-            scatter = np.maximum(scatter, np.max(np.quantile(differences[alike], _QUARTILE, axis=-1), axis=0))
-    return np.asarray(scatter / _OF_NORMAL / sqrt(comb(2 * _ORDER, _ORDER)))
+        noise = np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0)
+        return np.where(_goes_on(y, at, turns), np.inf, off / noise)
 
 
 def _goes_on(y: FloatArray, at: IntArray, turns: IntArray) -> BoolArray:
