@@ -25,11 +25,11 @@ def times_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -
 
     Returns
     -------
-    How many times as large as that scatter each is, (n_step,); inf where the readings go on from where it ends.
+    How many times as large as that scatter each is, (n_step,); inf where the readings go on from where it ends, or too few tell.
     """
-    with np.errstate(divide="ignore"):
-        noise = np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0)
-        return np.where(_goes_on(y, at, turns), np.inf, off / noise)
+    noise = np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0)
+    untold = (noise == 0) | _goes_on(y, at, turns)
+    return np.where(untold, np.inf, off / np.where(untold, 1.0, noise))
 
 
 def _goes_on(y: FloatArray, at: IntArray, turns: IntArray) -> BoolArray:
