@@ -25,7 +25,7 @@ def times_noise(y: FloatArray, at: IntArray, off: FloatArray, turns: IntArray) -
 
     Returns
     -------
-    How many times as large as that scatter each is, (n_step,); inf where the readings go on from where it ends, or too few tell.
+    How many times as large as that scatter each is, (n_step,); inf where readings go on from where it ends, or too few tell.
     """
     noise = np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0)
     untold = (noise == 0) | _goes_on(y, at, turns)
