@@ -183,7 +183,11 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str, quantity: s
         # One wrong number may hide another beside it.
         more = _off_by_units(cells, rows, at, decimal, quantity) | _off(cells, rows, at, level, decimal)
         more = _beyond_noise(more, values, rows, at)
-        more = {row: power for row, power in more.items() if not _is_about_zero(cells, values, row, decimal)}
+        more = {
+            row: power
+            for row, power in more.items()
+            if not (_is_about_zero(cells, values, row, decimal) or _came_off(cells, rows, at, row, decimal))
+        }
         found |= more
         kept = ~np.isin(rows, list(more))
         if np.all(kept):
@@ -224,6 +228,20 @@ def _is_about_zero(cells: Sequence[str], values: FloatArray, row: int, decimal: 
     near = max((abs(float(values[i])) for i in beside), default=np.inf)
     small = counts.isdecimal() and int(counts) <= _ABOUT_ZERO
     return small and near < _NEAR_ZERO * float(np.nanmax(values) - np.nanmin(values))
+
+
+def _came_off(cells: Sequence[str], rows: IntArray, at: FloatArray, row: int, decimal: str) -> bool:
+    """Whether the first or the last number is within noise of zero, where a pull ends or begins: any ratio to it is chance.
+
+    The record crosses zero, and the number is written with as many decimals as those beside it.
+    """
+    if row not in (rows[0], rows[-1]) or at.size < _FEWEST or not (np.any(at > 0) and np.any(at < 0)):
+        return False
+    own, beside = (at[0], rows[:4]) if row == rows[0] else (at[-1], rows[-4:])
+    if len({_decimals(cells[i], decimal) for i in beside.tolist()}) != 1:
+        return False
+    noise = float(np.median(np.abs(np.diff(at, 2)))) * 1.4826 / math.sqrt(6.0)
+    return abs(float(own)) <= _NOISES * noise
 
 
 def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decimal: str) -> Doubts | None:

@@ -13,6 +13,7 @@ from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import gone_on, unit_of_numbers
+from calib.lab.instruments.unit_choice import counted_unit
 from calib.lab.instruments.units import asked_factor, is_unit_of
 from models.sensor import FloatArray
 
@@ -84,7 +85,8 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         if np.all(steps == 1) and np.all(values % 1 == 0):
             counter = index if counter is None else counter
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
-            own = sheet.unit_written(index) or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
+            own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time")
+            own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
             rising = index, own or unit_of_numbers(float(values[0])) or "s"
             falls = _where_it_falls(sheet, index)
     if rising is not None:

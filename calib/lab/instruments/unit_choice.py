@@ -103,7 +103,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f'column "{name}" holds no times that are understood: "{words[:40]}"',
             'Write them as "2024-05-02 12:30:01.5" or in seconds, or leave the time out: --columns time=none',
         )
-    if not said and (counted := _counted_unit(name, quantity)):
+    if not said and (counted := counted_unit(name, quantity)):
         return fault(
             f'column "{name}": "{counted}" may be what one count stands for, or how far the instrument reaches',
             f'If one count is so much, say so: --units "{shown}={counted}"; else {listed}',
@@ -142,8 +142,13 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     return None, factors[0]
 
 
-def _counted_unit(name: str, quantity: str) -> str:
-    """The number with a unit of a quantity in a bracket of a name: "10 mN" of "Force (10 mN)"; "" if there is none."""
+def counted_unit(name: str, quantity: str) -> str:
+    """The number with a unit of a quantity in a bracket of a name: "10 mN" of "Force (10 mN)"; "" if there is none.
+
+    Parameters
+    ----------
+    name, quantity : of a column, and what it is to hold.
+    """
     for bracket in re.findall(r"[(\[]\s*(\d[\d.]*\s?[^\W\d]+)\s*[)\]]", name):
         unit = bracket.lstrip("0123456789. ")
         if is_unit_of(unit, quantity):
@@ -249,6 +254,8 @@ def contradicts(sheet: Sheet, index: int, heading: Heading, reading: Reading) ->
     asked, written = _asked_unit(quantity, reading), written_unit(sheet, index, heading)
     if asked is None or heading.unit_doubt:
         return ""
+    if not written and (counted := counted_unit(sheet.names[index], quantity)):
+        return "" if np.isclose(asked_factor(counted, quantity), asked_factor(asked, quantity), rtol=1e-9) else counted
     if not written:
         # A column that the user names may have a unit that is none as it stands, such as "?m".
         inside = (bracket.strip() for bracket in re.findall(r"[(\[]([^()\[\]]+)[)\]]", sheet.names[index]))

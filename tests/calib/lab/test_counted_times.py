@@ -9,6 +9,7 @@ from calib.errors import InputError
 from calib.lab import Reading, read_lab_file
 
 N = 60
+PRESS = np.linspace(0.0, 1.0, N)
 CP = np.round(97.1 + 2.0 * np.maximum(np.sin(np.arange(N) / 20), 0) ** 1.4, 4)
 
 
@@ -69,3 +70,22 @@ def test_dates_beside_times_of_day_are_read_as_no_time_of_day(tmp_path: Path, da
     table = read_lab_file(written(tmp_path, lines), Reading(decimal=","))
     np.testing.assert_allclose(np.diff(table.columns["time"]), 1.0)
     assert not any("is read as a time of day" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "seconds"),
+    [("Ticks (10 ms)", "10 ms", 0.01), ("Counter (1 ms)", "1 ms", 0.001), ("Index [0.5 s]", "0.5 s", 0.5)],
+)
+def test_a_count_whose_name_says_how_long_one_lasts_is_offered_in_that_unit(
+    tmp_path: Path, name: str, unit: str, seconds: float
+) -> None:
+    path = written(
+        tmp_path, [f"{name},Extension (mm),Load (N)", *(f"{10 * i},{x:.4f},{2 * x**1.5:.4f}" for i, x in enumerate(PRESS))]
+    )
+    note = next(n for n in read_lab_file(path).notes if n.startswith("no time is read"))
+    assert f'--columns "time={name}" --units "time={unit}"' in note
+    table = read_lab_file(path, Reading(columns={"time": name}, units={"time": unit}))
+    assert table.columns["time"] == pytest.approx((10 * seconds * np.arange(N)).tolist())
+    assert not any("though" in n for n in table.notes)
+    other = read_lab_file(path, Reading(columns={"time": name}, units={"time": "min"}))
+    assert f'"{name}" is read in min as asked, though the file says {unit}' in other.notes

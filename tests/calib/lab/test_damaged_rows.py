@@ -38,6 +38,28 @@ def test_a_number_off_by_a_power_of_ten_is_left_out_at_the_ends_too(tmp_path: Pa
     assert sum(map(bool, table.reasons)) == 1
 
 
+def _pulled_off(last: str) -> list[str]:
+    """A press whose ball sticks as it is drawn back, and its last row."""
+    noise = 0.001 * np.sin(37.0 * np.arange(N)) + 0.0005 * np.cos(11.0 * np.arange(N))
+    depth = np.concatenate([X[::2], X[::-2]])
+    pull = np.where(np.arange(N) < N // 2, 0.0, -0.036)
+    lines = [
+        f"{0.1 * i:.1f},{x:.5f},{2 * x**1.5 + p + e:.4f}" for i, (x, p, e) in enumerate(zip(depth, pull, noise, strict=True))
+    ]
+    ends = [f"{0.1 * (N + i):.1f},{0.0002 * (3 - i):.5f},{f}" for i, f in enumerate(("-0.0371", "-0.0383", "-0.0358", last))]
+    return [*lines, *ends]
+
+
+@pytest.mark.parametrize("last", ["-0.0003", "-0.0004", "-0.0036", "0.0002"])
+def test_the_first_reading_after_the_ball_came_off_is_about_zero_and_off_by_no_factor(tmp_path: Path, last: str) -> None:
+    assert not any(read(tmp_path, _pulled_off(last)).reasons)
+
+
+@pytest.mark.parametrize("last", ["-0.360", "-3.6000", "-0.000358"])
+def test_a_last_reading_of_a_pull_that_is_not_about_zero_as_written_is_left_out(tmp_path: Path, last: str) -> None:
+    assert "factor" in read(tmp_path, _pulled_off(last)).reasons[-1]
+
+
 def test_whole_numbers_that_begin_with_a_zero_have_lost_their_marks(tmp_path: Path) -> None:
     lines = [f"{0.1 * i:.1f},{x:.5f},{round(1e3 * f):04d}" for i, (x, f) in enumerate(zip(X, F, strict=True))]
     with pytest.raises(InputError, match="begins with a zero"):
