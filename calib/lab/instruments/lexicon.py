@@ -166,8 +166,10 @@ QUALIFIERS = _set(
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
-    "tariert corrigé filtré subtracted removed net netto"
+    "tariert corrigé filtré subtracted removed net netto corr korr comp"
 )
+#: Words of these by which readings have another level or scale, not another zero or less noise alone.
+CORRECTED = _set("corrected compensated adjusted korrigiert corrigé subtracted removed net netto corr korr comp")
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
     "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled "

@@ -10,9 +10,9 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lexicon import MASSES
+from calib.lab.instruments.lexicon import CORRECTED, MASSES
 from calib.lab.instruments.meanings import PLAIN
-from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, readings, stands_still
+from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
 from calib.lab.instruments.unit_choice import unit_of_column
@@ -342,6 +342,16 @@ def _is_worked_on(raw: PossibleColumn, other: PossibleColumn) -> bool:
     return but_for_zero(raw.values, other.values) <= _SMOOTHED
 
 
+def _is_corrected(quantity: str, raw: PossibleColumn, other: PossibleColumn, word: str) -> bool:
+    """Whether a column is the raw one once corrected: of a capacitance by its level, of others by more than zero and noise."""
+    if not any(w in CORRECTED for w in re.split(r"[^\w]+|_", other.heading.name)) or raw.values is None or other.values is None:
+        return False
+    if quantity.startswith("capacitance"):
+        return True
+    apart = word == "different" and but_for_zero(raw.values, other.values) > _SMOOTHED
+    return apart and moves_with(raw.values, other.values)
+
+
 def _begins_anew(candidate: PossibleColumn) -> bool:
     return candidate.values is not None and goes_back(candidate.values)
 
@@ -383,7 +393,7 @@ def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[
         elif quantity == "time" and heading.name != best.heading.name and _begins_anew(other) and not _begins_anew(best):
             unread[index] = f'begins anew within the record: "{name}" is preferred'
             notes.append(f'time is taken from "{name}", not from "{sheet.names[index]}", which begins anew within the record')
-        elif less:
+        elif less and not _is_corrected(quantity, best, other, word):
             why = f"; {_RAW}" if quantity == "force" else ""
             unread[index] = f'worked on after the measurement: "{name}" is preferred{why}'
             notes.append(f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}"{why}')

@@ -795,3 +795,44 @@ def test_a_letter_f_of_a_capacitance_is_one_and_of_more_a_force(tmp_path: Path) 
     beside = read(tmp_path, [("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F), ("d", D)])
     assert "displacement" in beside.columns
     assert beside.sources["displacement"] == "Extension (mm)"
+
+
+@pytest.mark.parametrize(
+    ("raw", "corrected"),
+    [("C_meas", "C_corr"), ("C_raw", "C_net"), ("C", "C_comp"), ("Cp", "Cp corrected"), ("Capacitance", "Capacitance korr.")],
+)
+def test_a_capacitance_that_is_corrected_beside_the_raw_one_is_a_choice(tmp_path: Path, raw: str, corrected: str) -> None:
+    table = [("Time (s)", T), (f"{raw} (pF)", cells(CAP + 31.4)), ("C_stray (pF)", ["31.40"] * N), (f"{corrected} (pF)", C)]
+    fault = refused(tmp_path, table).faults[0]
+    assert fault.choice is not None
+    assert fault.choice.alternatives == (f"{raw} (pF)", f"{corrected} (pF)")
+    read_back = read(tmp_path, table, columns={"capacitance": f"{corrected} (pF)"})
+    assert read_back.sources["capacitance"] == f"{corrected} (pF)"
+
+
+@pytest.mark.parametrize(
+    ("quantity", "raw", "corrected"),
+    [
+        ("force", "F_meas (N)", "F_corr (N)"),
+        ("force", "Force (N)", "Force corrected (N)"),
+        ("displacement", "Extension (mm)", "Corrected extension (mm)"),
+        ("displacement", "z_meas (mm)", "z_comp (mm)"),
+    ],
+)
+def test_a_press_that_is_corrected_beside_the_raw_one_is_a_choice_unless_by_its_zero_alone(
+    tmp_path: Path, quantity: str, raw: str, corrected: str
+) -> None:
+    own, beside = (F, ("Extension (mm)", D)) if quantity == "force" else (D, ("Force (N)", F))
+    by_load = cells(0.9 * FORCE if quantity == "force" else DEPTH - 0.03 * FORCE)
+    fault = refused(tmp_path, [("Time (s)", T), (raw, own), (corrected, by_load), beside]).faults[0]
+    assert fault.choice is not None
+    assert fault.choice.alternatives == (raw, corrected)
+    by_zero = cells((FORCE if quantity == "force" else DEPTH) + 0.1)
+    table = read(tmp_path, [("Time (s)", T), (raw, own), (corrected, by_zero), beside])
+    assert table.sources[quantity] == raw
+    assert any(f'not from "{corrected}"' in note for note in table.notes)
+
+
+def test_a_filtered_capacitance_beside_the_raw_one_is_no_choice(tmp_path: Path) -> None:
+    table = read(tmp_path, [("Time (s)", T), ("C (pF)", C), ("C_filtered (pF)", cells(CAP + 0.05 * np.sin(50 * TIME)))])
+    assert table.sources["capacitance"] == "C (pF)"
