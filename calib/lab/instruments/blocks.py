@@ -20,6 +20,7 @@ from calib.lab.instruments.lines import (
     Table,
     is_comment,
     is_other_header,
+    is_result,
     kind_of_line,
     left_out,
     n_named,
@@ -65,6 +66,9 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
     unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
     width = len(sheet.names)
+    results = _labelled_results(rows, kept, width)
+    unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front")
+    kept = [i for i in kept if i not in results]
     chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
     beside = _remarks_beside(chosen, width, sheet.delimiter)
@@ -84,6 +88,17 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
         shown = f'the first is "{beside[first][:60]}" (line {lines[first]})'
         notes.append(f"{len(beside)} row(s) have a remark behind their last cell, under no name, which is no reading: {shown}")
     return Table(columns, lines, notes, tuple(unread), short, units, own.units_line, specimens)
+
+
+def _labelled_results(rows: list[list[str]], kept: Sequence[int], width: int) -> list[int]:
+    """The last rows whose cells stand one column to the right, behind a word such as "Mean", in rows without one."""
+    found: list[int] = []
+    for i in reversed(kept):
+        row = rows[i]
+        if len(row) != width + 1 or not is_result(row[0]) or not all(is_numeric(c) or is_missing(c) for c in row[1:]):
+            break
+        found.insert(0, i)
+    return found if len(found) < len(kept) and len(rows[kept[-1 - len(found)]]) == width else []
 
 
 # Lines below a header among which a row of numbers between another mark than its names is looked for.

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import is_same_header
 from calib.lab.instruments.labtable import IntArray, Unread
+from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.numbers import is_error_of_spreadsheet, is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_cells import with_its_unit
@@ -68,6 +69,12 @@ def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
         return []
     shown = sheet.text.lines[indices[0]].strip()[:80]
     return [f'{len(indices)} line(s) of text left out, the first is "{shown}" (line {indices[0] + 1})']
+
+
+def is_result(cell: str) -> bool:
+    """Whether a cell says what was computed from several readings: "Mean", "Std. dev."."""
+    parts = [w for w in re.split(r"[\s_.,;:()]+", cell.lower()) if w]
+    return 0 < len(parts) <= 3 and any(w in RESULTS for w in parts)
 
 
 def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:

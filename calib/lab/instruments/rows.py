@@ -17,8 +17,17 @@ from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading
-from calib.lab.instruments.lexicon import RESULTS
-from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
+from calib.lab.instruments.lines import (
+    Table,
+    is_other_header,
+    is_result,
+    kind_of_line,
+    left_out,
+    n_named,
+    n_needed,
+    not_read,
+    short_rows,
+)
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, parse_number
 from calib.lab.instruments.quotes import is_misquoted
 from calib.lab.instruments.results import results_below
@@ -168,7 +177,7 @@ def _of_results(table: Table) -> dict[int, str]:
         text = "\n".join(column[start:])
         lettered = not text.isascii() or text.lower() != text.upper()
         words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())} if lettered else set()
-        result = {c for c in words if c.strip().isprintable() and _is_result(c)}
+        result = {c for c in words if c.strip().isprintable() and is_result(c)}
         rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
         # Of how many readings they were computed, and their range, stands beside them alone: "n" among "Mean" and "SD".
         for beside in (*rows, *reversed(rows)):
@@ -178,11 +187,6 @@ def _of_results(table: Table) -> dict[int, str]:
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
             found |= {r: f'a row of results: "{column[r].strip()[:40]}"' for r in rows}
     return found
-
-
-def _is_result(cell: str) -> bool:
-    parts = [w for w in re.split(r"[\s_.,;:()]+", cell.lower()) if w]
-    return 0 < len(parts) <= 3 and any(w in RESULTS for w in parts)
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:

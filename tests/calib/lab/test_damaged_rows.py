@@ -112,6 +112,20 @@ def test_a_line_of_averages_below_the_rows_is_no_row(tmp_path: Path) -> None:
     assert any("Average" in str(u) for u in table.unread)
 
 
+@pytest.mark.parametrize("names", [("Mean", "StdDev", "Max"), ("Mittelwert",), ("Average", "Std. dev.")])
+def test_results_below_the_rows_with_their_names_in_front_are_no_rows(tmp_path: Path, names: Sequence[str]) -> None:
+    table = read(tmp_path, [*rows(), *(f"{name},2.95,0.5,2.1" for name in names)])
+    assert len(table.lines) == N
+    assert not any(table.reasons)
+    assert any(names[0] in str(u) for u in table.unread)
+
+
+@pytest.mark.parametrize("first", ["calm", "7"])
+def test_last_rows_with_a_cell_too_many_that_are_no_results_are_refused(tmp_path: Path, first: str) -> None:
+    with pytest.raises(InputError, match="cells"):
+        read(tmp_path, [*rows(), *[f"{first},2.95,0.5,2.1"] * 3])
+
+
 def test_bars_and_the_tables_of_r_are_cut(tmp_path: Path) -> None:
     for head, mark in (("Time (s)|Extension (mm)|Load (N)", "|"), ('"Time (s)" "Extension (mm)" "Load (N)"', " ")):
         table = read(tmp_path, [line.replace(",", mark) for line in rows()], head)
