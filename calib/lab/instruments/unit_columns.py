@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-from calib.lab.instruments.brackets import words_in
+from calib.lab.instruments.brackets import usual_case, words_in
 from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import Sheet
@@ -57,7 +57,8 @@ def with_unit_columns(sheet: Sheet) -> Sheet:
 def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str) -> int | None:
     """The column of readings of which one may hold the units, such as `unit`; None if there is none."""
     name = sheet.names[at].strip()
-    there = [i for i, heading in headings.items() if i != at and i < len(sheet.columns) and is_unit_of(unit, heading.quantity)]
+    of_readings = {i: heading for i, heading in headings.items() if i != at and i < len(sheet.columns)}
+    there = [i for i, heading in of_readings.items() if is_unit_of(usual_case(sheet.names[i], unit), heading.quantity)]
     if not name or _UNIT.fullmatch(name) or name.strip("()[]") == unit:
         return at - 1 if at - 1 in there else None
     named = [word for word in words_in(name) if not _UNIT.fullmatch(word)]
