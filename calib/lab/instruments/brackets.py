@@ -243,8 +243,8 @@ def usual_case(cell: str, below: str | None = None) -> str:
     cell : of the header.
     below : the unit below it; None if the cell's own unit is meant.
 
-    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("F (PF)"), usual_case("FORCE (MN)")
-    ('CAP (pF)', 'pF', 'Cap (pF)', 'F (PF)', 'FORCE (MN)')
+    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("Fz (PF)"), usual_case("FORCE (MN)")
+    ('CAP (pF)', 'pF', 'Cap (pF)', 'Fz (PF)', 'FORCE (MN)')
     """
     if below is not None:
         return _usual_of(cell, below) or (_metres(cell, below) if _all_capitals(cell) else "") or below

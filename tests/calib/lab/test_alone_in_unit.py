@@ -144,6 +144,28 @@ def test_another_capacitance_is_not_taken(tmp_path: Path, name: str) -> None:
     assert "capacitance" not in table.columns
 
 
+@pytest.mark.parametrize("names", [("/press/displacement_mm", "/press/force_N"), ("Stage displacement/mm", "Reaction force/N")])
+def test_a_path_of_a_topic_and_a_unit_behind_a_stroke_are_read_with_a_note(tmp_path: Path, names: tuple[str, str]) -> None:
+    table = read(tmp_path, f"Time/s,{names[0]},{names[1]},Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any(names[0] in note and "the only column in mm" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "name", ["Rate N/mm", "Counts/mm", "Pulses/mm", "Force/mm", "/press/target_mm", "/press/max_mm", "/press/thickness_mm"]
+)
+def test_what_is_counted_or_commanded_per_millimetre_is_no_displacement(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time/s,{name},Force/N,Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "displacement" not in table.columns
+
+
+@pytest.mark.parametrize("name", ["Reaction force/N", "Reaction force in gram", "Reaktionskraft (N)"])
+def test_a_reaction_is_a_force(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time/s,Depth/mm,{name},Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["force"], FORCE * (9.80665e-3 if "gram" in name else 1.0), atol=1e-4)
+
+
 @pytest.mark.parametrize(
     "names",
     [
