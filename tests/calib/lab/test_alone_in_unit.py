@@ -294,3 +294,20 @@ def test_the_number_of_a_channel_a_model_or_a_force_is_not_taken_off(tmp_path: P
     table = read(tmp_path, f"Time (s),Extension (mm),{force},{capacitance}", TIME, DEPTH, FORCE, CAPACITANCE)
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "said", ["# Columns: Time (s),Depth (mm),Force (N),Cp (pF)", "# Time (s),Depth (mm),Force (N),Cp (pF)"]
+)
+@pytest.mark.parametrize("between", ["", "# License: CC BY 4.0\n#\n", "# 1, 2, 3 refer to samples in Table 2\n"])
+def test_a_comment_that_says_the_header_before_it_comes_is_none(tmp_path: Path, said: str, between: str) -> None:
+    header = f"# A record\n{said}\n{between}Time (s),Depth (mm),Force (N),Cp (pF)"
+    table = read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert len(table.columns["time"]) == N
+
+
+def test_a_header_that_says_other_units_than_the_comment_above_it_is_asked_about(tmp_path: Path) -> None:
+    header = "# Columns: Time (s),Depth (mm),Force (N)\n# CC BY\nTime (s),Depth (mm),Force (mN)"
+    with pytest.raises(InputError):
+        read(tmp_path, header, TIME, DEPTH, FORCE)
