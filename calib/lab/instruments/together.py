@@ -98,8 +98,8 @@ def _has_word(name: str, of: Collection[str]) -> bool:
 def unit_in(name: str) -> str:
     """The unit that ends the name of a column, in brackets or not; "" if none does.
 
-    >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force"), unit_in("Force ch1/N"), unit_in("Slope N/mm")
-    ('N', 'N', '', 'N', '')
+    >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force"), unit_in("Ram force/N"), unit_in("Slope N/mm")
+    ('N', 'N', '', 'N', 'N/mm')
     """
     cut = without_brackets(tidy(name))
     inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
