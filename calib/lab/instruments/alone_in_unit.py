@@ -26,8 +26,8 @@ _OF_FORMULAS = {"displacement": ("delta", "δ", "u_z", "w_z", "d_z", "delta_z")}
 # A change, "dCp", and a difference of capacitances, "Kap - Ref", "Cmeas-Cref": as those with a Greek letter.
 _CHANGE = re.compile(r"d[A-Z].*")
 _DIFFERENCE = re.compile(r"\s-\s|\bC\w*-C", re.IGNORECASE)
-# Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1".
-_PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*")
+# Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1", "/press/force".
+_PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*|(?:/[^\W\d_]\w*){2,}")
 # Scripts of which a word is one letter or two.
 _SIGNS = re.compile(r"[\u0e00-\ud7ff][\u0e00-\ud7ff\s]*")
 
@@ -74,7 +74,7 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
 
 def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     """Whether a name is nothing but words that are not understood and a unit, or the unit alone; none of another quantity."""
-    if name == unit:
+    if unit in (name, tidy(name).strip(" ()[]")):
         return True
     cut = without_brackets(tidy(name))
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):

@@ -134,7 +134,7 @@ _SENSE = re.compile(
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
-# Units in capitals that a symbol may have, too: no capacitance is in petafarads.
+# Units in capitals that a symbol and any name of a capacitance may have, too: none is in petafarads.
 _OF_SYMBOLS = ("PF", "NF", "UF")
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
@@ -236,15 +236,15 @@ def unit_of_joined(cell: str) -> str:
 
 
 def usual_case(cell: str, below: str | None = None) -> str:
-    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where all is in capitals.
+    """A header cell, or the unit below it, with a unit in capitals as it is usually written, where it can be no other.
 
     Parameters
     ----------
     cell : of the header.
     below : the unit below it; None if the cell's own unit is meant.
 
-    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("C (PF)"), usual_case("FORCE (MN)")
-    ('CAP (pF)', 'pF', 'Cap (PF)', 'C (pF)', 'FORCE (MN)')
+    >>> usual_case("CAP (PF)"), usual_case("CAP", "PF"), usual_case("Cap (PF)"), usual_case("Fz (PF)"), usual_case("FORCE (MN)")
+    ('CAP (pF)', 'pF', 'Cap (pF)', 'Fz (PF)', 'FORCE (MN)')
     """
     if below is not None:
         return _usual_of(cell, below) or (_metres(cell, below) if _all_capitals(cell) else "") or below
@@ -253,10 +253,10 @@ def usual_case(cell: str, below: str | None = None) -> str:
 
 
 def unit_of_capitals(cell: str) -> str:
-    """The unit that a header cell in capitals ends with, as it is usually written; "" if it has none that is written otherwise.
+    """The unit in capitals that a header cell ends with, as it is usually written; "" if it has none that is written otherwise.
 
-    >>> unit_of_capitals("CAP_PF"), unit_of_capitals("DISP_MM"), unit_of_capitals("Cap_PF")
-    ('pF', '', '')
+    >>> unit_of_capitals("CAP_PF"), unit_of_capitals("DISP_MM"), unit_of_capitals("Cap_PF"), unit_of_capitals("Cap_MF")
+    ('pF', '', 'pF', '')
     """
     match = _LAST_WORD.fullmatch(cell)
     if match is None:
@@ -266,15 +266,20 @@ def unit_of_capitals(cell: str) -> str:
 
 
 def _usual_of(name: str, unit: str) -> str:
-    """The unit of a name in capitals as it is usually written; of a symbol, "CP", only a part of a farad, which is no other."""
-    of_symbol = name.isupper() and unit in _OF_SYMBOLS
-    return from_capitals(unit) if of_symbol or _all_capitals(name) else ""
+    """The unit of a name in capitals as it is usually written; of a symbol, "CP", or a capacitance only a part of a farad."""
+    of_farad = unit in _OF_SYMBOLS and (name.isupper() or _names(name, "capacitance"))
+    return from_capitals(unit) if of_farad or _all_capitals(name) else ""
 
 
 def _metres(name: str, unit: str) -> str:
     """The unit that "M" is for the name of a displacement in capitals, "" of any other: it is short for no other length."""
-    plain = re.sub(r"[\W_]+", " ", name).strip().lower()
-    return "m" if unit == "M" and any(m.quantity == "displacement" for m in meanings(plain, (), "")) else ""
+    return "m" if unit == "M" and _names(name, "displacement") else ""
+
+
+def _names(name: str, quantity: str) -> bool:
+    """Whether the words before a unit may name a quantity: "Cap (", "C in "."""
+    plain = re.sub(r"[\W_]+", " ", name).strip().lower().removesuffix(" in")
+    return any(m.quantity.startswith(quantity) for m in meanings(plain, (), ""))
 
 
 def unit_of_small_letters(cell: str) -> str:

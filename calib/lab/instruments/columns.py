@@ -155,7 +155,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
         columns.append(ReadColumn(index, heading, factor, of_day))
         if (usual := sheet.usual_case_of(index)) and fault is None:
-            notes.append(f'"{sheet.names[index]}": in a name of capitals "{usual.upper()}" is read as {usual}')
+            among = "in a name of capitals " if sheet.names[index].isupper() else ""
+            notes.append(f'"{sheet.names[index]}": {among}"{usual.upper()}" is read as {usual}')
         if (usual := sheet.from_small_letters(index)) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": in a name of small letters "{usual.lower()}" is read as {usual}')
             faults += of_a_direction(sheet, index, usual)

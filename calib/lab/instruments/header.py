@@ -129,10 +129,21 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 below = text.lines[index + 1 : index + _ROWS_SEEN]
                 score = (rows, len(known), rows > 0 and _width_below(below, delimiter) == len(cells))
                 if found is not None and rows and is_same_header(cells, found[2]) and best[0]:
+                    if (
+                        list(cells) == list(found[2])
+                        and _in_comments(text.lines[found[1] : index])
+                        and not _in_comments([written])
+                    ):
+                        found = (delimiter, index, cells)  # which a comment above it says first
                     continue  # the header again
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+def _in_comments(lines: Sequence[str]) -> bool:
+    """Whether lines are nothing but comments, behind a mark of one each."""
+    return all(_COMMENT_MARK.match(line) is not None for line in lines if line.strip())
 
 
 def _fits_rows(width: int, below: Sequence[str], delimiter: str) -> bool:

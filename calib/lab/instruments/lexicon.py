@@ -100,6 +100,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "masse | 重量 | 무게",
                 "loadcell | lực | tải trọng | gaya | beban | القوة | बल | càrrega | натоварване | forţă | sarcină",
                 "opterećenje | 压力 | 壓力 | แรง | نیرو | כוח | fza | fuer | frz | push",
+                "reaction force | force reaction | reaktionskraft | force de réaction | fuerza de reacción | forza di reazione",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",

@@ -117,7 +117,7 @@ class Sheet:
         return usual_case(self.names[column], self.units[column]) if column < len(self.units) else ""
 
     def usual_case_of(self, column: int) -> str:
-        """The unit of a column as it is usually written, where it stands in capitals among capitals; else ""."""
+        """The unit of a column as it is usually written, where it stands in capitals; else ""."""
         written = self.units[column] if column < len(self.units) else ""
         if written:
             return below if (below := self.unit_below(column)) != written else ""

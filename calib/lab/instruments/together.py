@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 
-from calib.lab.instruments.brackets import is_commanded, no_record, tidy, without_brackets, words_in
+from calib.lab.instruments.brackets import are_counts, is_commanded, no_record, tidy, without_brackets, words_in
 from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
@@ -17,6 +17,8 @@ from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, is
 _SECONDS = re.compile(r"(?:(?:tv|stamp)[ _.])?secs?", re.IGNORECASE)
 _THEIR_PARTS = re.compile(r"(?:(?:tv|stamp)[ _.])?(?:[mun]secs?|nanosecs?)", re.IGNORECASE)
 _OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
+# A unit behind a stroke, as in "Weg/mm"; "/s" may be a rate, which no reading is.
+_BY_STROKE = re.compile(r"(?:[^/]*[\s_.-])?(?P<last>[^\W\d_]{3,}) ?/ ?(?P<unit>[^\W\d_]+)")
 _QUANTITIES = ("displacement", "force", "capacitance")
 
 
@@ -96,11 +98,15 @@ def _has_word(name: str, of: Collection[str]) -> bool:
 def unit_in(name: str) -> str:
     """The unit that ends the name of a column, in brackets or not; "" if none does.
 
-    >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force")
-    ('N', 'N', '')
+    >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force"), unit_in("Ram force/N"), unit_in("Slope N/mm")
+    ('N', 'N', '', 'N', 'N/mm')
     """
     cut = without_brackets(tidy(name))
     inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
+    by_stroke = _BY_STROKE.fullmatch(name)
+    of_reading = by_stroke is not None and any(is_unit_of(by_stroke["unit"], quantity) for quantity in _QUANTITIES)
+    if by_stroke is not None and of_reading and not looks_like_unit(by_stroke["last"]) and not are_counts(by_stroke["last"]):
+        return by_stroke["unit"]
     tail = name.replace("_", " ").split()[-1:]
     return inside[-1] if inside else next((word for word in tail if looks_like_unit(word)), "")
 

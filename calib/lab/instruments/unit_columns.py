@@ -6,8 +6,12 @@ import re
 from collections.abc import Mapping, Set
 from dataclasses import replace
 
+<<<<<<< HEAD
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import words_in
+=======
+from calib.lab.instruments.brackets import usual_case, words_in
+>>>>>>> mB
 from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
@@ -89,7 +93,8 @@ def _require_one_unit(sheet: Sheet, at: int, of: int, said: Set[str], quantity: 
 def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str) -> int | None:
     """The column of readings of which one may hold the units, such as `unit`; None if there is none."""
     name = sheet.names[at].strip()
-    there = [i for i, heading in headings.items() if i != at and i < len(sheet.columns) and is_unit_of(unit, heading.quantity)]
+    of_readings = {i: heading for i, heading in headings.items() if i != at and i < len(sheet.columns)}
+    there = [i for i, heading in of_readings.items() if is_unit_of(usual_case(sheet.names[i], unit), heading.quantity)]
     if not name or _UNIT.fullmatch(name) or name.strip("()[]") == unit:
         return at - 1 if at - 1 in there else None
     named = [word for word in words_in(name) if not _UNIT.fullmatch(word)]

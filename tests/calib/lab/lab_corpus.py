@@ -1081,12 +1081,6 @@ def _meters(n: int) -> list[Variant]:
         ),
         build("capacitance in uF", Layout((t, column("capacitance", "Cp", "uF", n), d), place="()")),
         build("capacitance in micro sign F", Layout((t, column("capacitance", "Cp", "\u00b5F", n), d), place="()")),
-        build(
-            "capacitance in petafarad",
-            Layout((t, replace(cp, unit="PF"), d), place="()"),
-            "refused",
-            Refusal((1,), ("PF|farad",)),
-        ),
     ]
     for word in ("9.9E37", "9.90000E+37", "+9.90000E+37", "-9.9E37", "999999", "OVER", "OV01", "OL", "----", "*****"):
         cells = tuple(word if i in (1, n - 2) else c for i, c in enumerate(cp.cells))

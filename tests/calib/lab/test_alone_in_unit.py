@@ -32,6 +32,8 @@ def read(tmp_path: Path, header: str, *columns: np.ndarray) -> LabTable:
         "Tyd;Verplasing;Krag;Kapasitansie\ns;mm;N;pF",
         "Tyd;Verplasing;Krag;Kapasitansie\n(s);(mm);(N);(pF)",
         "s,mm,N,pF",
+        "[s];[mm];[N];[pF]",
+        "(s),(mm),(N),(pF)",
         "Amser_s,Dadleoliad_mm,Grym_N,Cynhwysiant_pF",
     ],
 )
@@ -42,6 +44,14 @@ def test_each_alone_in_its_unit_is_read_with_a_note(tmp_path: Path, header: str)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
     assert sum("the only column in" in note for note in table.notes) >= 3
+
+
+def test_units_in_brackets_are_all_that_a_header_has(tmp_path: Path) -> None:
+    table = read(tmp_path, "[s];[\u00b5m];[mN];[pF]", TIME, 1e3 * DEPTH, 1e3 * FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-6)
+    with pytest.raises(InputError):
+        read(tmp_path, "[s];[mm];[mm];[N]", TIME, DEPTH, 2 * DEPTH, FORCE)
 
 
 def test_a_name_that_is_not_understood_among_others_that_are(tmp_path: Path) -> None:
@@ -142,6 +152,28 @@ def test_what_was_commanded_or_is_another_length_is_not_taken(tmp_path: Path, na
 def test_another_capacitance_is_not_taken(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, f"Time (s),Extension (mm),Force (N),{name} (pF)", TIME, DEPTH, FORCE, CAPACITANCE)
     assert "capacitance" not in table.columns
+
+
+@pytest.mark.parametrize("names", [("/press/displacement_mm", "/press/force_N"), ("Stage displacement/mm", "Reaction force/N")])
+def test_a_path_of_a_topic_and_a_unit_behind_a_stroke_are_read_with_a_note(tmp_path: Path, names: tuple[str, str]) -> None:
+    table = read(tmp_path, f"Time/s,{names[0]},{names[1]},Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any(names[0] in note and "the only column in mm" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "name", ["Rate N/mm", "Counts/mm", "Pulses/mm", "Force/mm", "/press/target_mm", "/press/max_mm", "/press/thickness_mm"]
+)
+def test_what_is_counted_or_commanded_per_millimetre_is_no_displacement(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time/s,{name},Force/N,Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "displacement" not in table.columns
+
+
+@pytest.mark.parametrize("name", ["Reaction force/N", "Reaction force in gram", "Reaktionskraft (N)"])
+def test_a_reaction_is_a_force(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time/s,Depth/mm,{name},Cap/pF", TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["force"], FORCE * (9.80665e-3 if "gram" in name else 1.0), atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -262,3 +294,20 @@ def test_the_number_of_a_channel_a_model_or_a_force_is_not_taken_off(tmp_path: P
     table = read(tmp_path, f"Time (s),Extension (mm),{force},{capacitance}", TIME, DEPTH, FORCE, CAPACITANCE)
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "said", ["# Columns: Time (s),Depth (mm),Force (N),Cp (pF)", "# Time (s),Depth (mm),Force (N),Cp (pF)"]
+)
+@pytest.mark.parametrize("between", ["", "# License: CC BY 4.0\n#\n", "# 1, 2, 3 refer to samples in Table 2\n"])
+def test_a_comment_that_says_the_header_before_it_comes_is_none(tmp_path: Path, said: str, between: str) -> None:
+    header = f"# A record\n{said}\n{between}Time (s),Depth (mm),Force (N),Cp (pF)"
+    table = read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert len(table.columns["time"]) == N
+
+
+def test_a_header_that_says_other_units_than_the_comment_above_it_is_asked_about(tmp_path: Path) -> None:
+    header = "# Columns: Time (s),Depth (mm),Force (N)\n# CC BY\nTime (s),Depth (mm),Force (mN)"
+    with pytest.raises(InputError):
+        read(tmp_path, header, TIME, DEPTH, FORCE)

@@ -356,10 +356,6 @@ def test_a_unit_that_is_unknown_or_of_something_else_is_refused(tmp_path: Path, 
     assert [(f.line, f.column) for f in caught.value.faults] == [(2, 3)]
 
 
-def test_a_capacitance_in_petafarad_is_refused(tmp_path: Path) -> None:
-    assert "did you mean pF" in str(refused(tmp_path, "Time (s),Cp (PF)\n0,97\n1,98\n"))
-
-
 def test_two_units_for_one_column_must_agree(tmp_path: Path) -> None:
     assert "in its name" in str(refused(tmp_path, "Time (s),Extension (mm),Load (N)\n(s),(m),(N)\n0,0.1,1\n1,0.2,2\n"))
 

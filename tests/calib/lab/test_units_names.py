@@ -110,10 +110,10 @@ def test_an_unknown_unit_is_refused_with_all_units_of_the_quantity(tmp_path: Pat
 
 
 def test_the_unit_that_was_meant_is_advised_and_reads_the_file(tmp_path: Path) -> None:
-    header = "Time (s),Depth (mm),Force_Mn,Cp (PF)"
+    header = "Time (s),Depth (mm),Force_Mn,Cp (FF)"
     faults = refusal(tmp_path, header, T, D, F, C).faults
     said = {k: v for fault in faults for k, v in option(fault.advice, "units").items()}
-    assert said == {"force": "mN", "capacitance": "pF"}
+    assert said == {"force": "mN", "capacitance": "fF"}
     table = read(tmp_path, header, T, D, F, C, units=said)
     np.testing.assert_allclose(table.columns["force"], FORCE * 1e-3)
 
@@ -141,7 +141,31 @@ def test_a_capacitance_by_its_symbol_is_in_picofarads_where_petafarads_are_writt
     assert any('"PF" is read as pF' in note for note in table.notes)
 
 
-@pytest.mark.parametrize("name", ["C (MF)", "CP (FF)", "Cap (PF)", "Cp (PF)"])
+@pytest.mark.parametrize(
+    ("name", "factor", "unit"),
+    [
+        *(("Cap/PF", 1e-12, "PF"), ("C in PF", 1e-12, "PF"), ("Kapazität / NF", 1e-9, "NF"), ("C_sensor [PF]", 1e-12, "PF")),
+        *(("Cap, NF", 1e-9, "NF"), ("Kapazit\u00e4t_PF", 1e-12, "PF"), ("Cp (PF)", 1e-12, "PF")),
+    ],
+)
+def test_a_capacitance_in_petafarads_is_in_picofarads_also_beside_a_name_in_small_letters(
+    tmp_path: Path, name: str, factor: float, unit: str
+) -> None:
+    cells = C if unit == "PF" else [f"{float(c) / 1000:.9f}" for c in C]
+    table = read(tmp_path, f'Time (s),Depth (mm),Force (N),"{name}"', T, D, F, cells)
+    np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12, rtol=1e-6)
+    assert any(f'": "{unit}" is read as {unit[0].lower()}F' in note for note in table.notes)
+
+
+def test_petafarads_below_a_name_or_in_a_column_of_units_are_picofarads(tmp_path: Path) -> None:
+    below = [[unit, *column] for unit, column in zip(("s", "mm", "N", "PF"), (T, D, F, C), strict=True)]
+    beside = read(tmp_path, "Time (s),Depth (mm),Force (N),Cap,Unit", T, D, F, C, ["PF"] * len(C))
+    for table in (read(tmp_path, "Time,Depth,Force,Cap", *below), beside):
+        np.testing.assert_allclose(table.columns["capacitance"], CAP * 1e-12)
+        assert any('"PF" is read as pF' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["C (MF)", "CP (FF)", "Cap (MF)", "Cp (FF)"])
 def test_other_units_in_capitals_behind_a_symbol_are_asked_for(tmp_path: Path, name: str) -> None:
     assert "did you mean" in refusal(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, C).faults[0].message
 
