@@ -6,12 +6,8 @@ import re
 from collections.abc import Mapping, Set
 from dataclasses import replace
 
-<<<<<<< HEAD
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.brackets import words_in
-=======
 from calib.lab.instruments.brackets import usual_case, words_in
->>>>>>> mB
 from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
