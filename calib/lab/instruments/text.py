@@ -76,8 +76,6 @@ _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
-# A power of ten behind a number at the end of its cell, 1.25*10^-02.
-_TIMES_TEN = re.compile(r"(?<=\d) ?[*×·] ?10\^\(?([+-]?\d{1,3})\)?(?=[ ]*(?:[,;\t|\"\n]|\Z)| +[+-]?\d)")
 # A byte order mark of UTF-8, as it stands in a text that was read in another encoding and written in UTF-8.
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
 # A cell as spreadsheet programs are made to keep it as it is written, ="0.50", in quotes of its own or without.
@@ -205,8 +203,6 @@ def read_lab_text(path: Path) -> LabText:
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
-    if "10^" in text:
-        text = _TIMES_TEN.sub(r"E\1", text)
     if any(blank in text for blank in _HARD_BLANKS):
         text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)

@@ -12,7 +12,6 @@ import pytest
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, observe, read_lab_file
 from calib.lab.instruments.stated import stated_factors
-from calib.lab.instruments.text import read_lab_text
 from calib.lab.instruments.unit_cells import UnitCell, begins_with_unit, unit_cell
 from calib.lab.instruments.vocabulary import heading_as, understand
 
@@ -429,21 +428,6 @@ def test_a_meter_that_shows_none_is_read(tmp_path: Path, line: str) -> None:
 def test_exponents_as_fortran_writes_them_are_read(tmp_path: Path) -> None:
     lines = [",".join(f"{v:.10E}".replace("E", "D") for v in row) for row in zip(*PRESS, strict=True)]
     assert_press(read(tmp_path, ["Time (s),Displacement (mm),Force (N)", *lines]))
-
-
-@pytest.mark.parametrize("power", ["*10^{:+03d}", "×10^{:d}", " * 10^{:d}", "·10^({:d})"])
-@pytest.mark.parametrize("sep", ["\t", ";", ","])
-def test_powers_of_ten_behind_numbers_are_exponents(tmp_path: Path, power: str, sep: str) -> None:
-    written = [[f"{v:.10E}".split("E") for v in row] for row in zip(*PRESS, strict=True)]
-    lines = [sep.join(number + power.format(int(ten)) for number, ten in row) for row in written]
-    assert_press(read(tmp_path, [sep.join(("Time (s)", "Displacement (mm)", "Force (N)")), *lines]))
-
-
-@pytest.mark.parametrize("name", ["Force (1*10^-3 N)", "Force (x10^-3 N)"])
-def test_a_power_of_ten_in_a_name_is_part_of_the_name(tmp_path: Path, name: str) -> None:
-    path = tmp_path / "lab.csv"
-    path.write_text(f"Time (s),Displacement (mm),{name}\n0,0,0\n", encoding="utf-8")
-    assert name in read_lab_text(path).lines[0]
 
 
 @pytest.mark.parametrize("cell", ["#N/A", "#NV", "#VALUE!", "#DIV/0!", "n.a.", "—"])
