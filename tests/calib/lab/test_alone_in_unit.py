@@ -32,8 +32,6 @@ def read(tmp_path: Path, header: str, *columns: np.ndarray) -> LabTable:
         "Tyd;Verplasing;Krag;Kapasitansie\ns;mm;N;pF",
         "Tyd;Verplasing;Krag;Kapasitansie\n(s);(mm);(N);(pF)",
         "s,mm,N,pF",
-        "[s];[mm];[N];[pF]",
-        "(s),(mm),(N),(pF)",
         "Amser_s,Dadleoliad_mm,Grym_N,Cynhwysiant_pF",
     ],
 )
@@ -44,14 +42,6 @@ def test_each_alone_in_its_unit_is_read_with_a_note(tmp_path: Path, header: str)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
     assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
     assert sum("the only column in" in note for note in table.notes) >= 3
-
-
-def test_units_in_brackets_are_all_that_a_header_has(tmp_path: Path) -> None:
-    table = read(tmp_path, "[s];[\u00b5m];[mN];[pF]", TIME, 1e3 * DEPTH, 1e3 * FORCE, CAPACITANCE)
-    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
-    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-6)
-    with pytest.raises(InputError):
-        read(tmp_path, "[s];[mm];[mm];[N]", TIME, DEPTH, 2 * DEPTH, FORCE)
 
 
 def test_a_name_that_is_not_understood_among_others_that_are(tmp_path: Path) -> None:
