@@ -3,41 +3,33 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import replace
 
-from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import usual_case, words_in
 from calib.lab.instruments.header import UNIT_NAMES
-from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import Heading, understand
 
 _UNIT = re.compile(UNIT_NAMES, re.IGNORECASE)
 
 
-def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
+def with_unit_columns(sheet: Sheet) -> Sheet:
     """Take the units of columns from columns of units, where every reading has the same.
 
     A column of units has no name, is called one, or by the unit itself, and stands behind that of the readings, or names it
     ("Force unit").
-    One of several units is refused, unless rows are asked for.
+    One of several units stays what it is: its rows are asked for.
 
     Parameters
     ----------
     sheet : the record.
-    reading : what the user says of the file.
 
     Returns
     -------
     The sheet with these units as if they stood below the names, with notes, and the columns of units set aside.
-
-    Raises
-    ------
-    InputError
-        If the unit of readings changes from row to row.
     """
     headings = sheet.headings
     units, aside, notes = dict(enumerate(sheet.units)), dict(sheet.set_aside), list(sheet.notes)
@@ -49,8 +41,6 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
         if of is None:
             continue
         said = {unit.strip() for unit, cell in zip(column, sheet.columns[of], strict=True) if is_numeric(cell)}
-        if not reading.where:
-            _require_one_unit(sheet, at, of, said, headings[of].quantity)
         if said != {first}:
             continue
         below = units.get(of, "")
@@ -62,28 +52,6 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
         return sheet
     written = tuple(units.get(index, "") for index in range(len(sheet.names)))
     return replace(sheet, units=written, set_aside=aside, notes=tuple(notes))
-
-
-def _require_one_unit(sheet: Sheet, at: int, of: int, said: Set[str], quantity: str) -> None:
-    """Refuse readings of which some are in another unit than others by a column of units."""
-    if "" in said or not all(is_unit_of(unit, quantity) for unit in said) or len({lab_factor(u, quantity) for u in said}) < 2:
-        return
-    own = [cell.strip() for cell in sheet.columns[at]]
-    units = sorted(said, key=lambda unit: (-own.count(unit), unit))
-    listed = " and ".join(f"{unit} in {own.count(unit)} row(s)" for unit in units)
-    other = next(row for row, cell in enumerate(own) if cell in said and cell != units[0])
-    choice = Choice("where", tuple(units), sheet.name_for_asking(at))
-    raise InputError(
-        Fault(
-            f'the unit of "{sheet.names[of]}" changes: column {at + 1}, "{sheet.names[at]}", says {listed}',
-            sheet.text.path,
-            int(sheet.lines[other]),
-            at + 1,
-            advice=f"Write all readings in one unit, and that in every row; or read the rows of one unit alone: {choice}, "
-            f"and say that unit: {Choice('units', (units[0],), IN_PLACE_OF.get(quantity, quantity))}",
-            choice=choice,
-        )
-    )
 
 
 def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str) -> int | None:

@@ -836,22 +836,3 @@ def test_a_press_that_is_corrected_beside_the_raw_one_is_a_choice_unless_by_its_
 def test_a_filtered_capacitance_beside_the_raw_one_is_no_choice(tmp_path: Path) -> None:
     table = read(tmp_path, [("Time (s)", T), ("C (pF)", C), ("C_filtered (pF)", cells(CAP + 0.05 * np.sin(50 * TIME)))])
     assert table.sources["capacitance"] == "C (pF)"
-
-
-@pytest.mark.parametrize(("one", "other"), [("pF", "nF"), ("F", "pF"), ("nF", "pF")])
-def test_a_unit_that_changes_from_row_to_row_is_refused_with_its_column_and_a_way_out(
-    tmp_path: Path, one: str, other: str
-) -> None:
-    units = [other if i % 7 == 3 else one for i in range(N)]
-    readings = [f"{c / 1000:.5f}" if u == other else f"{c:.3f}" for c, u in zip(CAP, units, strict=True)]
-    table = [("Time (s)", T), ("Cp", readings), ("Unit", units)]
-    fault = refused(tmp_path, table).faults[0]
-    assert f'column 3, "Unit", says {one} in {units.count(one)} row(s) and {other} in' in fault.message
-    assert "all readings in one unit" in fault.advice
-    alone = [("Time (s)", T), ("Cp", C), ("Unit", ["pF"] * N)]
-    np.testing.assert_allclose(read(tmp_path, alone).columns["capacitance"], 1e-12 * np.array(C, dtype=float))
-
-
-def test_two_spellings_of_one_unit_do_not_change_it(tmp_path: Path) -> None:
-    table = [("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F), ("Unit", ["N", "Newton"] * (N // 2))]
-    assert not any("changes" in fault.message for fault in refused(tmp_path, table).faults)
