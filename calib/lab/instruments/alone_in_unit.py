@@ -74,7 +74,7 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
 
 def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     """Whether a name is nothing but words that are not understood and a unit, or the unit alone; none of another quantity."""
-    if name.strip("()[]{}<> ") == unit:
+    if name == unit:
         return True
     cut = without_brackets(tidy(name))
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):

@@ -45,6 +45,7 @@ _PER_SECOND = frozenset(
 )
 # How a note on a time that is not read begins.
 _NO_TIME = "no time is read; "
+_ITS_UNIT = '--units time=..., s or what one count lasts, as "0.5 ms"'
 # Figures with marks between them, as a date or a time of day has: "2024-03-01T10-00-00", "10h 00' 01''".
 _LIKE_A_TIME = re.compile(
     r"[^\W\d]{0,3}[ ,.]?\d{1,8}(?:[^\w+]{1,3}|[^\W\d]{1,3}[ .]?)\d{1,6}(?:[^\d+]{1,3}\d{1,9}){1,5}\D{0,3}"
@@ -87,10 +88,12 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
             own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time")
             own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
-            rising = index, own or unit_of_numbers(float(values[0])) or "s"
+            # Whole numbers may be counts that last anything: no unit is put into anybody's mouth.
+            rising = index, own or unit_of_numbers(float(values[0])) or ("s" if np.any(values % 1) else "")
             falls = _where_it_falls(sheet, index)
     if rising is not None:
-        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} --units {in_shell(f'time={rising[1]}')}"
+        unit = f"--units {in_shell(f'time={rising[1]}')}" if rising[1] else _ITS_UNIT
+        name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} {unit}"
         if falls:
             return (
                 f'{_NO_TIME}"{name}" rises from row to row as one does, but {falls}, as where a clock begins anew: '

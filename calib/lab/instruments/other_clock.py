@@ -88,8 +88,8 @@ def second_clock(
 ) -> list[Fault]:
     """Refuse press and capacitance of one time where a column under another name may be the time that one of them was read at.
 
-    That is a column in a unit of time that goes up from row to row about as far as the time does, and is not the same. Where it
-    stands between the columns of the press and the capacitance, it may go up by far more or less.
+    That is a column in a unit of time that goes up from row to row about as far as the time does, and is not the same. Where
+    one of the two stands between the columns of the press and the capacitance, it may go up by far more or less.
 
     Parameters
     ----------
@@ -194,10 +194,11 @@ def _is_counted(sheet: Sheet, judged: Mapping[str, int], quantity: str, n: int) 
 
 
 def _parts_instruments(places: Mapping[str, int], index: int) -> bool:
-    """Whether the time and the press stand on one side of a column and the capacitance on the other, or the other way round."""
-    press = [i < index for q, i in places.items() if q in _PRESS]
-    meter = [i < index for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
-    return places["time"] < index and {*press} | {not before for before in meter} in ({True}, {False})
+    """Whether the later one of the time and a column stands between press and capacitance, and the other before both."""
+    second = max(places["time"], index)
+    press = [i < second for q, i in places.items() if q in _PRESS]
+    meter = [i < second for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    return {*press} | {not before for before in meter} in ({True}, {False})
 
 
 def _end(cells: Sequence[str]) -> int:

@@ -247,3 +247,14 @@ def test_rows_that_are_left_out_for_a_cell_are_not_said_to_be_used(tmp_path: Pat
     )
     (note,) = (note for note in table.notes if "has no value in lines" in note)
     assert "these rows are left out" in note
+
+
+@pytest.mark.parametrize(
+    "clock", [lambda t: 2.5 * t, lambda t: t + 1.37, lambda t: 0.4 * t], ids=["slower", "begun later", "faster"]
+)
+@pytest.mark.parametrize("press", ["Time_MTS (s)", "Zeit_Zwick (s)", "t_TA (s)", "Time_Mark10 (s)", "MTS Time (s)"])
+def test_the_clock_of_the_meter_is_not_taken_for_the_press_beside_one_of_a_tester_that_is_not_known(
+    tmp_path: Path, press: str, clock: Callable[[float], float]
+) -> None:
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read(tmp_path, press, "Time_LCR (s)", clock)

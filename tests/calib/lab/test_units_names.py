@@ -274,6 +274,13 @@ def test_a_column_that_rises_as_a_time_does_is_told_where_no_time_is_read(tmp_pa
     assert "counts the rows" in note
 
 
+def test_the_unit_of_counts_that_rise_is_asked_for_and_not_taken_for_granted(tmp_path: Path) -> None:
+    ticks = [str(50 * k) for k in range(N)]
+    note = next(n for n in read(tmp_path, "Ticks,Depth (mm),Force (N)", ticks, D, F).notes if n.startswith("no time is read"))
+    assert "--columns time=Ticks --units time=..., s or what one count lasts" in note
+    assert "time=s" not in note
+
+
 def test_a_column_that_rises_but_falls_back_once_is_told_with_the_line(tmp_path: Path) -> None:
     back = [f"{float(t) - (float(T[N - 9]) if k >= N - 9 else 0):.3f}" for k, t in enumerate(T)]
     note = next(n for n in read(tmp_path, "Chrono,Depth (mm),Force (N)", back, D, F).notes if n.startswith("no time is read"))
