@@ -12,7 +12,7 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_numeric, to_numbers
+from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import counts_clock
@@ -50,6 +50,7 @@ _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
 # What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
 _OF_STOPWATCH, _NEXT = re.compile(r"(?P<m>\d{1,2}):(?P<s>[0-5]\d)(?P<part>[.,]\d{1,9})"), 2.5
+_SECONDS = re.compile(r"\d+(?:[.,]\d+)?", re.ASCII)
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
 
@@ -367,7 +368,7 @@ def _of_stopwatch(cells: Sequence[str]) -> list[str] | None:
     there = [k for k, c in enumerate(written) if c]
     behind = next((n for n, k in enumerate(there) if ":" in written[k]), 0)
     matches = [_OF_STOPWATCH.fullmatch(written[k]) for k in there[behind:]]
-    if behind < _FEWEST or None in matches or not all(map(is_numeric, (written[k] for k in there[:behind]))):
+    if behind < _FEWEST or None in matches or not all(_SECONDS.fullmatch(written[k]) for k in there[:behind]):
         return None
     seconds = [float(written[k].replace(",", ".")) for k in there[:behind]]
     seconds += [float(m["m"]) * _MINUTE + float(m["s"] + m["part"].replace(",", ".")) for m in matches if m is not None]

@@ -82,3 +82,12 @@ def test_seconds_that_do_not_reach_a_full_minute_where_minutes_begin_are_not(
 ) -> None:
     with pytest.raises(InputError):
         read(tmp_path, [_stopwatch(s) for s in seconds], name)
+
+
+def test_seconds_with_marks_between_thousands_are_none_of_a_stopwatch(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    cells = [*(f"{k}.5" for k in range(50, 59)), "338,1899.786", "1:00.04", "1:01.04"]
+    rows = [f"{t};{0.01 * k:.3f};{0.02 * k:.3f}" for k, t in enumerate(cells)]
+    path.write_text("\n".join(["Time (s);Displacement (mm);Force (N)", *rows, ""]), encoding="utf-8")
+    with pytest.raises(InputError):
+        read_lab_file(path)
