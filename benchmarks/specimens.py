@@ -15,8 +15,9 @@ from __future__ import annotations
 import argparse
 import resource
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +35,13 @@ from models.sensor import design_from
 EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
 #: How deep the ball is pressed [m], and points of each channel.
 DEPTH, POINTS = 0.55e-3, 25
-# Steps of slopes at the truth, in units of the priors; of what the data tell less well a larger one.
-_SCORE_STEP = {"young_modulus": 2e-3, "relative_permittivity": 2e-3, "force_noise": 2e-2, "capacitance_noise": 2e-2, "": 5e-3}
-_SCORE_STEP |= {"force_discrepancy": 5e-2, "capacitance_discrepancy": 5e-2}
+# Steps of slopes at the truth, in units of the priors: of what the data tell less well a larger one; and of all others.
+_SCORE_STEPS = {
+    **dict.fromkeys(("young_modulus", "relative_permittivity"), 2e-3),
+    **dict.fromkeys(("force_noise", "capacitance_noise"), 2e-2),
+    **dict.fromkeys(("force_discrepancy", "capacitance_discrepancy"), 5e-2),
+}
+_SCORE_STEP = 5e-3
 # Draws farther out than this many sds are drawn at it: of many specimens some would be invalid designs.
 _FARTHEST = 2.5
 
@@ -131,7 +136,7 @@ def scores(n: int, seed: int) -> dict[str, Any]:
     problem, truth = lot(experiment, forward_of_experiment(experiment), n, seed)
     at = coordinates_of(problem, np.array([[truth[name] for name in problem.names]]))[0]
     shared = [k for k, name in enumerate(problem.names) if "[" not in name]
-    steps = np.array([_SCORE_STEP.get(problem.names[k], _SCORE_STEP[""]) for k in shared])
+    steps = np.array([_SCORE_STEPS.get(problem.names[k], _SCORE_STEP) for k in shared])
     moved = np.zeros((len(shared), at.size))
     moved[range(len(shared)), shared] = steps
     here, up, down = (log_likelihood(problem, np.atleast_2d(theta)) for theta in (at, at + moved, at - moved))
@@ -173,25 +178,28 @@ def main(words: Sequence[str] | None = None) -> None:
     share = given.ess / Gate().ess
     gate = Gate(r_hat=1 + (Gate().r_hat - 1) / share, ess=given.ess, length=Gate().length * share)
     known = {(row["specimens"], row["seed"]): row for row in kept_rows(given.output) if given.scores == ("scores" in row)}
+
+    def lots_of(n: int, make: Callable[[int, int], dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        for seed in range(given.first, given.first + given.lots):
+            row = known.get((n, seed))
+            if row is None:
+                row = make(n, seed)
+                keep_row(given.output, row)
+            yield row
+
     if given.scores:
         for n in given.n:
-            rows = []
-            for seed in range(given.first, given.first + given.lots):
-                rows.append(known.get((n, seed)) or scores(n, seed))
-                if (n, seed) not in known:
-                    keep_row(given.output, rows[-1])
-            _print_scores(rows)
+            _print_scores([*lots_of(n, scores)])
         return
     print("specimens seed unknowns steps   wall [s]  processor [s]  memory [GB]  converged   truth of what is shared, as ranks")
     inside = []
     for n in given.n:
-        for seed in range(given.first, given.first + given.lots):
-            row = known.get((n, seed)) or calibrate(n, seed, given.steps, given.processes, gate)
-            if (n, seed) not in known:
-                keep_row(given.output, row)
+        for row in lots_of(n, partial(calibrate, max_steps=given.steps, processes=given.processes, gate=gate)):
             ranks = row["shared"]
             inside += [0.05 < rank < 0.95 for rank in ranks.values()]
-            numbers = f"{n:9d} {seed:4d} {row['unknowns']:8d} {row['steps']:5d} {row['wall']:10.1f} {row['processor']:14.1f}"
+            numbers = (
+                f"{n:9d} {row['seed']:4d} {row['unknowns']:8d} {row['steps']:5d} {row['wall']:10.1f} {row['processor']:14.1f}"
+            )
             print(
                 f"{numbers} {row['memory']:12.2f} {row['converged']!s:>10}   "
                 + " ".join(f"{name} {rank:.3f}" for name, rank in ranks.items()),

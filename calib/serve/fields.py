@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from markupsafe import Markup, escape
 
+from calib.errors import Choice
 from calib.hypertext import sentence
 from calib.lab import QUANTITIES
 from calib.visible import visible
@@ -29,6 +30,8 @@ _OPTION = re.compile(
     rf"(?<![\w-])`?--(?P<option>{'|'.join(_NAMES)})(?![\w-])(?: (?P<quote>[\"'])(?P<quoted>.*?)(?P=quote)|"
     rf" (?P<bare>(?:{'|'.join(QUANTITIES)}|[A-Z0-9]+)=(?:\.\.\.|[^\s;,)`]*[^\s;,.)`])|(?P<alone>[0-9]+|[A-Z]+|\.\.\.)))?`?"
 )
+# Answers that are offered to one question.
+_MOST_ANSWERS = 12
 _TO_BE_PUT_IN = ("", "...", "NAME", "VALUE")
 
 
@@ -64,21 +67,23 @@ def in_fields(text: str) -> str:
     )
 
 
-def answer_in(option: str, key: str, value: str) -> str:
-    """What a button says that answers a question of a lab file.
+def answers_to(choice: Choice) -> list[tuple[str, str, str]]:
+    """Answers to a question that a lab file leaves open, for buttons: each as value, the field it goes into, and what is shown.
 
-    >>> answer_in("where", "Frequency (Hz)", "1000"), answer_in("units", "force", "N"), answer_in("specimen", "", "2")
-    ('Rows where Frequency (Hz) holds 1000', 'Unit of force: N', 'Specimen: 2')
+    >>> answers_to(Choice("where", ("1000",), "Frequency (Hz)"))
+    [('1000', 'where_value', 'Rows where Frequency (Hz) holds 1000')]
+    >>> answers_to(Choice("units", ("N",), "force")), answers_to(Choice("specimen", ("2",)))
+    ([('N', 'units_force', 'Unit of force: N')], [('2', 'specimen', 'Specimen: 2')])
 
     Parameters
     ----------
-    option : of the command line.
-    key : the quantity or column that it is said of; "" for none.
-    value : the answer.
+    choice : the question.
     """
+    option, key = choice.option, choice.key
+    field, asked = f"{option}_{key}" if key else option, f"{_NAMES[option]}{f' of {key}' if key else ''}:"
     if option == "where":
-        return f"Rows where {key} holds {value}"
-    return f"{_NAMES[option]}{f' of {key}' if key else ''}: {value}"
+        field, asked = "where_value", f"Rows where {key} holds"
+    return [(value, field, f"{asked} {value}") for value in choice.alternatives[:_MOST_ANSWERS]]
 
 
 def _link(field: str, words: str, value: str) -> Markup:
@@ -103,9 +108,8 @@ def _field(option: str, said: str) -> tuple[str, str, str]:
         return "where_column", f'{name} "{key}" holds' if equals and key != "COLUMN" else name, _plain(value)
     if option not in _OF_QUANTITY:
         return option.replace("-", "_"), name, _plain(said)
-    if not equals:
-        key, value = "force", said
-        return f"{option}_{key}", name, _plain(value)
+    if not equals:  # of any quantity: the first that has the field
+        return f"{option}_force", name, _plain(said)
     return f"{option}_{key}", f"{name} of {key}", _plain(value)
 
 

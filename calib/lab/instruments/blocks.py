@@ -639,10 +639,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 "number, what it is and its unit: --columns force=... --units force=...",
             )
         )
-    filled = [[c for c in row[width:] if c.strip()] for row in rows]
-    wider_by_one = [
-        len(more) == 1 and len(row) == width + 1 and bool(row[0].strip()) for more, row in zip(filled, rows, strict=True)
-    ]
+    wider_by_one = [len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) for row in rows]
     if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
         wider = wider_by_one.index(True)
         raise InputError(

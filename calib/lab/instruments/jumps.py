@@ -287,6 +287,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor, touch=quantity == "force")
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
         beside = {q: _resampled(values[q], course) for q in others}
+        readings = {q: c.y for q, c in beside.items()}
         if quantity == "force":
             at = np.union1d(at, _large(course, floor))
         most = max(_MOST if quantity == "force" else 2, _SHARE * course.y.size)
@@ -314,7 +315,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             judged = _JUDGES[quantity](course, i, rest if sure else at, witnesses, pause)
             factor = 1.0
             if quantity not in CAPACITANCES:
-                judged, factor = _or_scaled(judged, quantity, course, i, own, {q: c.y for q, c in beside.items()}, pause)
+                judged, factor = _or_scaled(judged, quantity, course, i, own, readings, pause)
             if judged is not None and not sure:
                 judged, factor = (OPEN, _OR_NOISE), 1.0
             if judged is not None:

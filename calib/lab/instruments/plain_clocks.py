@@ -50,6 +50,7 @@ _LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
 # What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
 _OF_STOPWATCH, _NEXT = re.compile(r"(?P<m>\d{1,2}):(?P<s>[0-5]\d)(?P<part>[.,]\d{1,9})"), 2.5
+# What it shows before.
 _SECONDS = re.compile(r"\d+(?:[.,]\d+)?", re.ASCII)
 # Digits of parts of a second as they are counted: milli-, micro- and nanoseconds; steps that are even, as a share of the usual.
 _COUNTED, _EVEN = (3, 6, 9), 0.5
@@ -373,7 +374,7 @@ def _of_stopwatch(cells: Sequence[str]) -> list[str] | None:
     seconds = [float(written[k].replace(",", ".")) for k in there[:behind]]
     seconds += [float(m["m"]) * _MINUTE + float(m["s"] + m["part"].replace(",", ".")) for m in matches if m is not None]
     steps = np.diff(seconds)
-    full = min(seconds) >= 0 and seconds[behind - 1] < _MINUTE <= seconds[behind]
+    full = seconds[behind - 1] < _MINUTE <= seconds[behind]
     if not full or not 0 < steps[behind - 1] <= _NEXT * float(np.median(steps)):
         return None
     found = [""] * len(written)

@@ -12,7 +12,7 @@ from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
 from calib.serve.beginning import experiments_in, put_example, use_experiment
 from calib.serve.commands import drafting, reading_command, typed
-from calib.serve.fields import answer_in
+from calib.serve.fields import answers_to
 from calib.serve.page import (
     address,
     answered,
@@ -112,19 +112,9 @@ def _file_page(
         units=looking.UNITS,
         signed=tuple(SIGNED),
         signs=tuple(SIGNS),
-        choices=[
-            (c, [(value, _field(c.option, c.key), answer_in(c.option, c.key, value)) for value in c.alternatives[:12]])
-            for c in choices
-        ],
+        choices=[(choice, answers_to(choice)) for choice in choices],
         command=reading_command(found.name, found.said),
     )
-
-
-def _field(option: str, key: str) -> str:
-    """The field of the form that answers a choice which a file leaves open; "" if none does."""
-    if option == "where":
-        return "where_value"
-    return f"{option}_{key}" if key else option
 
 
 async def picture(request: Request) -> Response:
