@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import pickle
 import runpy
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -155,6 +156,26 @@ class Crew(Executor):
         else:
             self.drop(failure)
         return False
+
+
+def given_to(executor: Executor, works: Sequence[Callable[[], _T]]) -> list[Callable[[], _T]]:
+    """Give an executor pieces of work, of what they hold at this moment, and say how to get the answers.
+
+    An executor of processes pickles what it is given later, in a thread of its own, piece by piece as workers take them. This
+    process may compute with the same values meanwhile, and what they keep of it (`functools.cached_property`) would change them
+    under that thread's hands, which fails. Here all are pickled now, and at once: what they share is held once.
+
+    Parameters
+    ----------
+    executor : of processes or of a thread.
+    works : functions without arguments that can be pickled.
+    """
+    kept = pickle.dumps(list(works))
+    return [executor.submit(_done, kept, k).result for k in range(len(works))]
+
+
+def _done(works: bytes, k: int) -> Any:
+    return pickle.loads(works)[k]()
 
 
 class _Worker(SpawnProcess):

@@ -29,6 +29,7 @@ from calib.errors import InputError
 from calib.experiment import Variant, beyond_simplest, forward_of_experiment, model_in_words, variants_of
 from calib.problem import Problem, build_problem
 from calib.sampling import Departure, FirstAnswer, FirstEstimate, Foretold, ParameterSummary, Posterior, Stranger, first_answer
+from calib.workers import given_to
 from models.response import Forward
 
 #: Logarithms of Bayes factors above which another model speaks against the one given: "positive" and "very strong" (Kass &
@@ -116,7 +117,7 @@ def moved_by(departure: Departure, modulus: FirstEstimate | ParameterSummary | N
 
 def _all_of(asked: Sequence[Callable[[], _Found]], executor: Executor | None) -> list[Callable[[], _Found]]:
     """Begin with all that is asked, side by side if there is an executor, and say how to get the answers."""
-    return list(asked) if executor is None else [executor.submit(one).result for one in asked]
+    return list(asked) if executor is None else given_to(executor, asked)
 
 
 def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:

@@ -225,12 +225,16 @@ def make_lot(make_posterior: Callable[..., Posterior]) -> Callable[..., Posterio
     return make
 
 
+def _empty(*_: object, **__: object) -> Figure:
+    return Figure()
+
+
 @contextmanager
 def _undrawn() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in section_modules():
             for name in [name for name in vars(module) if name.endswith("_figure")]:
-                patch.setattr(module, name, lambda *_, **__: Figure())
+                patch.setattr(module, name, _empty)
         patch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
         yield
 

@@ -9,13 +9,14 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor
+from functools import partial
 from multiprocessing import active_children, popen_fork
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
 
-from calib.workers import Crew, workers
+from calib.workers import Crew, given_to, workers
 
 ROOT = Path(__file__).parents[2]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -51,6 +52,36 @@ def _interrupted(executor: Executor, release: threading.Event, done: list[int]) 
     executor.submit(release.wait)
     executor.submit(done.append, 1)
     raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("processes", [0, 1])
+def test_work_is_of_what_it_held_when_it_was_given(processes: int) -> None:
+    held = list(range(5))
+    with workers(processes) as executor:
+        wait = executor.submit(time.sleep, 0.2)
+        answers = given_to(executor, [partial(sum, held), partial(len, held)])
+        held.append(100)
+        wait.result()
+        assert [answer() for answer in answers] == [10, 5]
+
+
+def test_a_value_may_be_worked_with_while_workers_are_given_it() -> None:
+    """What is kept of it here changes its dictionary, which a thread of the executor must not be pickling."""
+    value = _Value(tuple(range(20_000)))
+    with workers(1) as executor:
+        answers = given_to(executor, [partial(_size, value)] * 5)
+        for k in range(50_000):
+            value.__dict__[f"kept {k}"] = k
+        assert [answer() for answer in answers] == [20_000] * 5
+
+
+class _Value:
+    def __init__(self, numbers: tuple[int, ...]) -> None:
+        self.__dict__ |= {f"number {n}": n for n in numbers}
+
+
+def _size(value: _Value) -> int:
+    return len(value.__dict__)
 
 
 def test_an_interrupted_caller_need_not_wait_and_the_rest_is_dropped() -> None:

@@ -17,6 +17,7 @@ from types import MappingProxyType, ModuleType
 
 from calib.report.pictures import Drawing, Plot
 from calib.report.section import Results, Section
+from calib.workers import given_to
 
 
 def section_modules() -> list[ModuleType]:
@@ -43,7 +44,7 @@ def drawings_of(results: Results, executor: Executor | None = None) -> dict[str,
     executor : draws them, from now on, beside what goes on here; None to draw each when it is called for.
     """
     found = {name: plot.drawing for name, plot in plots_of(results).items()}
-    return found if executor is None else {name: executor.submit(draw).result for name, draw in found.items()}
+    return found if executor is None else dict(zip(found, given_to(executor, list(found.values())), strict=True))
 
 
 def sections_of(results: Results, drawings: Mapping[str, Drawing] = MappingProxyType({})) -> list[Section]:
