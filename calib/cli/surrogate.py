@@ -138,7 +138,7 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about half a second per curve and process (with friction two), then up to half an hour for the networks. A family
+    Takes about half a second per curve and process (with friction one), then up to half an hour for the networks. A family
     other than neo-Hookean is learned as what it adds to the shipped neo-Hookean surrogate, and needs fewer curves, of which
     many may be coarse ones. Stop it with Ctrl-C whenever you like: the same command goes on with the curves it has, and one
     with more --points adds to them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
 from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, OWN, PATH, group_names
 from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.groups import FRICTION
 from models.surrogate.store import RunStore
 
 
@@ -30,8 +32,14 @@ DIELECTRIC_POINTS = _lobatto(6, *DIELECTRIC)
 ELECTRODE_POINTS = np.sqrt(_lobatto(7, ELECTRODE[0] ** 2, ELECTRODE[1] ** 2))
 
 
+# Largest substep of a path with friction. Of 12 random designs 95 % of the points are within 0.06 % (force) and 0.14 % (change)
+# of paths in steps of 1/160; at `models.fem.path.FRICTION_STEP`, half of it and 1.8 times as long, within 0.06 and 0.09 %.
+_FRICTION_STEP = 1 / 20
+
 #: How depths of a discretised design are gone through, as `models.fem.path.walk` does.
 Path = Callable[[DiscreteSensor, FloatArray], Iterator[State | Failure]]
+
+_WALK: Path = partial(walk, friction_step=_FRICTION_STEP)
 
 # What is kept of a run, by name.
 _ARRAYS = ("depth", "force", "contact_radius", "compression", "capacitance")
@@ -140,7 +148,7 @@ def values_beyond(groups: FloatArray, family: Family) -> dict[str, float]:
     return {g.parameter: float(g.value(np.asarray(x))) for g, x in zip(family.own, groups[OWN:], strict=True)}
 
 
-def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> TrainingRun:
+def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = _WALK) -> TrainingRun:
     """Press one design with the finite elements, as deep as a surrogate goes, and keep its curves.
 
     Parameters
@@ -197,6 +205,7 @@ def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, o
         "ends": [DEPTH, COMPRESSION],
         "dielectric": DIELECTRIC_POINTS.tolist(),
         "electrode": ELECTRODE_POINTS.tolist(),
+        **({"friction step": _FRICTION_STEP} if FRICTION in family.own else {}),
     }
 
 

@@ -75,6 +75,15 @@ def test_paths_of_the_other_families_are_stiffer() -> None:
     assert 0.1 < points[:, 4].max() < 0.111
 
 
+def test_training_paths_with_friction_go_in_larger_steps_to_nearly_the_same_end() -> None:
+    point, family = np.array([0.15, 0.2, 2.0, 1.0, 0.6]), FAMILIES["friction"]
+    own, fine = run_point(point, COARSE, family), run_point(point, COARSE, family, partial(walk, friction_step=1 / 80))
+    np.testing.assert_allclose(own.force[5:], fine.force[5:], rtol=2e-3)
+    np.testing.assert_allclose(own.capacitance[5:], fine.capacitance[5:], rtol=5e-3)
+    assert "friction step" in store_settings(COARSE, family)
+    assert "friction step" not in store_settings(COARSE)
+
+
 def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why() -> None:
     def stuck(model: DiscreteSensor, depths: FloatArray) -> Iterator[State | Failure]:
         yield from walk(model, depths[:5])
