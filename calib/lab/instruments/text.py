@@ -13,6 +13,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
+from calib.lab.instruments.characters import with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import (
@@ -59,6 +60,11 @@ _END_OF_DOS = b"\x1a"
 _UNSEEN = (
     ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
     ("\u200b\u2060", re.compile("[\u200b\u2060]"), "a blank of no width"),
+    (
+        "\u200e\u200f\u061c\u202a\u202b\u202c\u2066\u2067\u2068\u2069",
+        re.compile("[\u200e\u200f\u061c\u202a-\u202c\u2066-\u2069]"),
+        "a mark of the direction of writing",
+    ),
     ("\f\v", re.compile("^[\f\v]+|[\f\v]+$", re.MULTILINE), "the end of a page (a form feed)"),
 )
 # Control characters of a text that is damaged, as so many and a share of it; other files have more.
@@ -201,6 +207,7 @@ def read_lab_text(path: Path) -> LabText:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     text, unseen = _without_the_unseen(text)
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
+    text, plain = with_plain_characters(text)
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
     if any(blank in text for blank in _HARD_BLANKS):
@@ -215,7 +222,7 @@ def read_lab_text(path: Path) -> LabText:
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
     of_old = (f"the letters are read in {encoding}, in which most names are understood",) if encoding in _OLD else ()
-    notes = (*of_old, *unseen, *digits, *notes)
+    notes = (*of_old, *unseen, *plain, *digits, *notes)
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
 
 

@@ -69,3 +69,20 @@ def test_a_middle_dot_before_three_digits_leaves_open_what_a_point_there_does(tm
     with pytest.raises(InputError, match="decimal mark cannot be told"):
         read_lab_file(path)
     assert read_lab_file(path, Reading(decimal=".")).columns["capacitance"][0] == pytest.approx(97.301e-12)
+
+
+@pytest.mark.parametrize("minus", [lambda x: f"({-x:.5f})", lambda x: f"{-x:.5f}-"])
+def test_a_way_of_writing_a_minus_in_one_column_is_no_damage_in_another(tmp_path: Path, minus: Callable[[float], str]) -> None:
+    def cell(x: float) -> str:
+        return minus(x) if x < 0 else f"{x:.5f}"
+
+    depth = [-1e-5, *DEPTH[1:]]
+    rows = [f"{i * 0.1:.1f};{cell(x)};{cell(f)}" for i, (x, f) in enumerate(zip(depth, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s);Displacement (m);Force (N)", *rows]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["displacement"], depth, atol=1e-9)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    path.write_text(path.read_text(encoding="utf-8").replace(";0.00005;", ";-0.00005;"), encoding="utf-8")
+    with pytest.raises(InputError, match="is not a number"):
+        read_lab_file(path)  # a minus in front beside it: one of the two may be damage
