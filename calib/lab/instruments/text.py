@@ -17,6 +17,7 @@ from calib.lab.instruments.characters import with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import (
+    with_axes_named,
     with_channels_named,
     with_comments_as_names,
     with_signals_named,
@@ -119,6 +120,11 @@ _NAMED_ELSEWHERE = (
         re.compile(r'^[#%/;! \t"]*(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?0*[12]"? *[,;\t=:]', re.I | re.MULTILINE),
         with_channels_named,
         "channels are named by the list of them above the header",
+    ),
+    (
+        re.compile(r'^[#%/! \t"]*[^\W\d_]{2,8}\.?[ _-]?X"? *[,;\t=:]', re.I | re.MULTILINE),
+        with_axes_named,
+        "the channels X and Y are named by the list of them above the header",
     ),
     (re.compile(r"\AIGOR\n", re.IGNORECASE), with_waves_named, "the columns are the waves of an Igor text file"),
     (
