@@ -13,7 +13,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
-from calib.lab.instruments.characters import with_plain_characters
+from calib.lab.instruments.characters import DIRECTIONS, with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import (
@@ -61,11 +61,7 @@ _END_OF_DOS = b"\x1a"
 _UNSEEN = (
     ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
     ("\u200b\u2060", re.compile("[\u200b\u2060]"), "a blank of no width"),
-    (
-        "\u200e\u200f\u061c\u202a\u202b\u202c\u2066\u2067\u2068\u2069",
-        re.compile("[\u200e\u200f\u061c\u202a-\u202c\u2066-\u2069]"),
-        "a mark of the direction of writing",
-    ),
+    (DIRECTIONS, re.compile(f"[{DIRECTIONS}]"), "a mark of the direction of writing"),
     ("\f\v", re.compile("^[\f\v]+|[\f\v]+$", re.MULTILINE), "the end of a page (a form feed)"),
 )
 # Control characters of a text that is damaged, as so many and a share of it; other files have more.
@@ -90,10 +86,10 @@ _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")
 # A cell in quotes that was quoted once more, """Load (N)""", with the quotes around it or without.
 _QUOTED_TWICE = re.compile(r'(^|[,;\t])(?:"""([^"\n]*)"""|""([^",;\t\n]+)"")(?=[,;\t\n]|\Z)', re.MULTILINE)
 # A digit of another script than Latin, a cell with a number in such, and how many show that numbers are written so; what these
-# scripts have for marks of numbers, and marks of the direction in which they are written.
-_OTHER_DIGIT, _DIRECTIONS = re.compile(r"(?![0-9])\d"), "\u200e\u200f\u061c"
+# scripts have for marks of numbers.
+_OTHER_DIGIT = re.compile(r"(?![0-9])\d")
 _OTHER_NUMBER = re.compile(
-    rf'(?:^|(?<=[;,\t|" ]))[{_DIRECTIONS}]*[-+\u2212\uff0d\uff0b]?(?:(?![0-9])\d)++[\u066b.,\uff0e]?(?:(?![0-9])\d)*+',
+    r'(?:^|(?<=[;,\t|" ]))[-+\u2212\uff0d\uff0b]?(?:(?![0-9])\d)++[\u066b.,\uff0e]?(?:(?![0-9])\d)*+',
     re.MULTILINE,
 )
 _OTHER_MARKS = {"\u066b": ".", "\u066c": "'", "\uff0e": ".", "\uff0d": "-", "\uff0b": "+"}
@@ -266,8 +262,8 @@ def _with_usual_digits(text: str) -> tuple[str, tuple[str, ...]]:
         return text, ()
     found = sorted(set(_OTHER_DIGIT.findall(text)))
     usual = {ord(digit): str(unicodedata.decimal(digit)) for digit in found}
-    # Marks of the direction of writing are invisible; the marks of these scripts are one thing each.
-    text = text.translate(usual | dict.fromkeys(map(ord, _DIRECTIONS)) | {ord(mark): to for mark, to in _OTHER_MARKS.items()})
+    # The marks of these scripts are one thing each.
+    text = text.translate(usual | {ord(mark): to for mark, to in _OTHER_MARKS.items()})
     return text, (f"the numbers are written in digits of another script ({''.join(found[:10])}), which are read as 0 to 9",)
 
 

@@ -124,3 +124,15 @@ def test_a_name_of_ten_thousand_brackets_takes_no_time(tmp_path: Path) -> None:
     begun = time.perf_counter()
     read_lab_file(path)
     assert time.perf_counter() - begun < 3.0
+
+
+def test_marks_that_nobody_sees_cost_no_column_of_a_workbook(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["\u200fTime (s)", "z (µm)\u200b", "\ufeffForce (N)\u200e"])
+    for i, (x, f) in enumerate(zip(DEPTH, FORCE, strict=True)):
+        book.active.append([0.1 * i, x, f])
+    book.save(tmp_path / "lab.xlsx")
+    table = read_lab_file(tmp_path / "lab.xlsx")
+    is_right(table)
+    assert any("nobody sees" in note for note in table.notes)
