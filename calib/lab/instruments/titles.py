@@ -46,6 +46,12 @@ _OF_FORMULAS = MappingProxyType({"displacement": tuple("xszdhu"), "force": tuple
 _METER = re.compile(r"(?:(?:lcr|rlc|capacitance|impedance)[ -]?)?(?:meter|bridge|analy[sz]er)|lcr|rlc", re.IGNORECASE)
 # A name as the letter of formulas, with an index.
 _SYMBOL = re.compile(r"[^\W\d_](?:_?[^\W_]{1,2})?")
+# Where programs keep columns: a group, a task or a measurement, with a name or a number.
+_OF_A_PLACE = re.compile(
+    r"(?:[^\W\d_]+[ _.-])?(?:groups?|gruppe|groupe|grup[po]o|tasks?|messung|measurement|mesure|run|test|daq|rig)"
+    r"(?:[ _.-]?(?:[^\W_]+))?",
+    re.IGNORECASE,
+)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -403,7 +409,7 @@ def _one_for_all(cells: Sequence[str], names: Sequence[str]) -> bool:
     if len(names) < 2 or len(cells) != len(names) or len({*cells}) > 1 or not any(map(str.isalpha, cells[0])):
         return False
     known = any(reads(cells[0]) for reads in (understand, with_its_unit, unit_cell, says_sense, are_counts, is_missing))
-    return not known and cells[0] not in names and say_nothing(cells[0])
+    return not known and cells[0] not in names and _OF_A_PLACE.fullmatch(cells[0]) is not None and say_nothing(cells[0])
 
 
 def _named_again(cells: Sequence[str], names: Sequence[str]) -> bool:

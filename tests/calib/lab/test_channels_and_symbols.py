@@ -94,14 +94,31 @@ def test_the_unit_of_a_normal_force_may_be_said(tmp_path: Path) -> None:
     is_right(read_lab_file(path, Reading(units={"force": "N"})))
 
 
-@pytest.mark.parametrize("words", ["wf group 1", "Group", "Messung 3", "Rig7", "DAQ task"])
+@pytest.mark.parametrize("words", ["wf group 1", "Group", "Messung 3", "Rig7", "DAQ task", "gruppe 1"])
 def test_a_line_with_the_same_words_in_every_cell_names_no_column(tmp_path: Path, words: str) -> None:
     table = read_lab_file(written(tmp_path, "Time;Displacement;Force;Cp", ";".join([words] * 4), "s;mm;N;pF"))
     is_right(table)
     assert any(words in unread.reason for unread in table.unread)
 
 
-@pytest.mark.parametrize("words", ["max", "x10", "simulated", "filtered", "Force", "delta"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "max",
+        "x10",
+        "simulated",
+        "filtered",
+        "Force",
+        "delta",
+        "Volt",
+        "inverted",
+        "gain 10",
+        "div 10",
+        "test max",
+        "group mean",
+        "raw",
+    ],
+)
 def test_a_line_with_a_word_that_tells_of_the_readings_is_asked_about(tmp_path: Path, words: str) -> None:
     with pytest.raises(InputError):
         read_lab_file(written(tmp_path, "Time;Displacement;Force;Cp", ";".join([words] * 4), "s;mm;N;pF"))
