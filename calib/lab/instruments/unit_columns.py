@@ -96,10 +96,10 @@ def _in_one_unit(sheet: Sheet, of: int, at: int, reading: Reading) -> tuple[list
     power = {u: math.log10(lab_factor(u, quantity) / lab_factor(first, quantity)) for u in {own[r] for r in rows}}
     cells = list(sheet.columns[of])
     whole = all(math.isclose(p, round(p), abs_tol=1e-9) for p in power.values())
-    if not whole or any("e" in cells[r].lower() for r in rows if round(power[own[r]])):
+    if not whole:
         return None
     for r in rows:
-        cells[r] = f"{cells[r].strip()}e{round(power[own[r]])}" if round(power[own[r]]) else cells[r]
+        cells[r] = _times_ten(cells[r].strip(), round(power[own[r]]))
     values = values_of([cells[r].strip() for r in rows], sheet.declared_decimal)
     if not np.all(np.isfinite(values)):
         return None
@@ -121,6 +121,18 @@ def _in_one_unit(sheet: Sheet, of: int, at: int, reading: Reading) -> tuple[list
             f"and say the unit: {units_to_say(quantity)}",
         )
     )
+
+
+def _times_ten(number: str, power: int) -> str:
+    """A number as written with another power of ten.
+
+    >>> _times_ten("0.0982", 3), _times_ten("9.82E-02", 3), _times_ten("97.3", 0)
+    ('0.0982e3', '9.82e1', '97.3')
+    """
+    if not power:
+        return number
+    plain, _, exponent = number.lower().partition("e")
+    return f"{plain}e{int(exponent.replace(chr(0x2212), '-').replace(chr(0x2013), '-') or 0) + power}"
 
 
 def _does_not_go_on(values: FloatArray, units: Sequence[str]) -> int | None:

@@ -45,6 +45,10 @@ def test_a_unit_that_changes_in_a_single_row_gives_it_its_own(tmp_path: Path) ->
     is_right(read_lab_file(written(tmp_path, caps)))
 
 
+def test_numbers_with_exponents_are_read_so_too(tmp_path: Path) -> None:
+    is_right(read_lab_file(written(tmp_path, [f"{c / 1000:.6E},nF" if c > 100 else f"{c:.6E},pF" for c in CAP])))
+
+
 def test_a_force_that_changes_its_range_is_read_so(tmp_path: Path) -> None:
     path = tmp_path / "lab.csv"
     rows = [
