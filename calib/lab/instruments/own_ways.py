@@ -12,6 +12,8 @@ from calib.lab.instruments.sheet import Sheet
 _NUMBER = r"[\d.,]*\d[\d.,]*"
 _MINUS = ("-", "\u2212", "\u2013")
 _SIGN = "[-+\u2212\u2013]"
+_RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺"
+_LOWERED = str.maketrans(_RAISED, "0123456789-+")
 _TIMES_TEN = r"[×x*·\u22c5]\s?10\s?(?:\^|\*\*)"
 
 
@@ -46,6 +48,7 @@ _WAYS = (
     # A cell in single quotes.
     _Way(re.compile(rf"(?P<quote>['\u2018`])\s?({_SIGN}?{_NUMBER}(?:[eE]{_SIGN}?\d+)?)\s?['\u2019`]"), lambda m: m[2]),
     _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s?{_TIMES_TEN}\s?\(?({_SIGN}?\d+)\)?"), lambda m: f"{m[1]}E{m[2]}"),
+    _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s?[×x*·\u22c5]\s?10([{_RAISED}]+)"), lambda m: f"{m[1]}E{m[2].translate(_LOWERED)}"),
     _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s+[eE]\s?({_SIGN}\d+)"), lambda m: f"{m[1]}E{m[2]}"),
     # The point of British print.
     _Way(re.compile(r"([-+\u2212\u2013]?\d+)[·\u22c5](\d+)"), lambda m: f"{m[1]}.{m[2]}"),

@@ -28,6 +28,11 @@ def power_of_ten(f: float, times: str) -> str:
     return f"{mantissa}{times}{int(exponent)}"
 
 
+def raised(cell: str) -> str:
+    plain, exponent = cell.split("^")
+    return plain + exponent.translate(str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"))
+
+
 @pytest.mark.parametrize(
     "cell",
     [
@@ -37,6 +42,8 @@ def power_of_ten(f: float, times: str) -> str:
         lambda f: power_of_ten(f, "×10^"),
         lambda f: power_of_ten(f, "*10^"),
         lambda f: power_of_ten(f, " x 10**"),
+        lambda f: raised(power_of_ten(f, "×10^")),
+        lambda f: raised(power_of_ten(f, " · 10^")),
         lambda f: power_of_ten(f, "·10^"),
         lambda f: f"{f:.5e}".replace("e", " E"),
         lambda f: f"{f:.4f}".replace(".", "·"),
@@ -49,7 +56,7 @@ def test_a_column_of_numbers_in_a_way_of_its_own_is_read_with_a_note(tmp_path: P
     assert any("is read as" in note and "so are all such cells" in note for note in table.notes)
 
 
-@pytest.mark.parametrize("odd", ["'0.0·5", "0·5·1", "1.2×10", "1.2×12^3", "- - 0.5", "0.5 E", "'", "5 E3"])
+@pytest.mark.parametrize("odd", ["'0.0·5", "0·5·1", "1.2×10", "1.2×12^3", "1.2×10⁻⁻³", "- - 0.5", "0.5 E", "'", "5 E3"])
 def test_a_cell_of_another_kind_among_them_is_no_number(tmp_path: Path, odd: str) -> None:
     path = written(tmp_path, lambda i, f: odd if i == 20 else f"'{f:.4f}")
     with pytest.raises(InputError, match="is not a number"):
