@@ -11,6 +11,8 @@ from calib.visible import visible
 
 # Characters that are shown of each end of a long message.
 _SHOWN = 1000
+# What ends a sentence, behind which no point is written.
+_STOPS = ("?", "!", ".")
 
 
 @dataclass(frozen=True)
@@ -89,9 +91,14 @@ class Fault:
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.path, self.line, self.column) if p is not None)
+        return f"{place}: {self.sentences}" if place else self.sentences
+
+    @property
+    def sentences(self) -> str:
+        """What is wrong and what to do, without the place."""
         message, advice = _cut(self.message), _cut(self.advice)
-        text = f"{place}: {message}" if place else message
-        return f"{text}. {advice}" if advice else text
+        stop = "" if message[-1:] in _STOPS else "."
+        return f"{message}{stop} {advice}" if advice else message
 
 
 def _cut(text: str) -> str:

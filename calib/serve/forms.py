@@ -426,7 +426,7 @@ class _Builder:
         marked = next((u.line for u in self.unedited if self._is_of(u, at)), 0)
         shown = self.lines[marked - 1] if marked else ""
         task = shown[shown.rindex(MARK) + len(MARK) :].strip() if MARK in shown else ""
-        wrong = " ".join(f"{fault.message}. {fault.advice}".strip() for fault in own)
+        wrong = " ".join(fault.sentences for fault in own)
         known: Known | Literal[""] = ""
         by = ""
         if task:

@@ -53,7 +53,7 @@ class Keys:
         try:
             self._read(path)
         except InputError as error:
-            return " ".join(f"{fault.message}. {fault.advice}".strip() for fault in error.faults)
+            return " ".join(fault.sentences for fault in error.faults)
         if os.name == "posix" and path.stat().st_mode & (stat.S_IRGRP | stat.S_IROTH):
             return f"Others can read it: chmod 600 {in_shell_path(Path(name))}"
         return ""

@@ -63,7 +63,7 @@ from calib.lab.instruments.unit_choice import (
     words_against,
 )
 from calib.lab.instruments.validity import compares, said_bad
-from calib.lab.instruments.vocabulary import words
+from calib.lab.instruments.vocabulary import unit_of_normal_force, words
 from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
@@ -163,6 +163,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := unit_of_joined(sheet.names[index])) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": the end of the name is read as its unit, {usual}')
             faults += of_a_direction(sheet, index, usual) if usual == "N" else []
+        symbol = unit_of_normal_force(sheet.names[index], sheet.unit_below(index))
+        if symbol not in ("", "N") and fault is None and quantity not in reading.units:
+            notes.append(f'"{sheet.names[index]}": the index is that of a normal force, the unit is {symbol}')
         unit = heading.unit or sheet.unit_below(index)
         if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')

@@ -42,11 +42,15 @@ def common_words(cells: Sequence[str]) -> tuple[str, list[str]]:
     words = match[0].strip(" _:/|-")
     names = [cell[match.end() :] if cell else "" for cell in cells]
     found = {IN_PLACE_OF.get(h.quantity, h.quantity) for name in names if name and (h := understand(name)) is not None}
-    return (words, names) if len(found & set(NEEDS_UNIT)) > 1 and _say_nothing(words) else ("", [])
+    return (words, names) if len(found & set(NEEDS_UNIT)) > 1 and say_nothing(words) else ("", [])
 
 
-def _say_nothing(words: str) -> bool:
-    """Whether words before all names tell a machine or a run, and nothing of the readings."""
+def say_nothing(words: str) -> bool:
+    """Whether words before all names tell a machine or a run, and nothing of the readings.
+
+    >>> say_nothing("Rig1"), say_nothing("wf group 1"), say_nothing("x10"), say_nothing("max"), say_nothing("simulated")
+    (True, True, False, False, False)
+    """
     parts = [part for part in re.split(r"[\s_:/|-]+", words) if part.strip("#.")]
     if is_factor(words) or no_record(words):
         return False

@@ -228,6 +228,10 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
     return {**on_cells, **below, **stated_factors(text.lines[first:header], first + 1)}
 
 
+# A name with its unit in brackets.
+_NAME_WITH_UNIT = re.compile(r"[^()\[\]]+[(\[][^()\[\]]+[)\]]")
+
+
 def _beside(sheet: Sheet, names_at: Sequence[int]) -> Iterator[tuple[int, str]]:
     """What stands above, below and among the rows of a record, in the names of empty columns and on cells, with its line."""
     lines, rows = sheet.text.lines, sheet.lines
@@ -238,8 +242,10 @@ def _beside(sheet: Sheet, names_at: Sequence[int]) -> Iterator[tuple[int, str]]:
     below = takewhile(lambda i: not is_other_header(split_line(lines[i], sheet.delimiter)), range(last, len(lines)))
     for i in (*above, *(i for i in among if is_comment(lines[i])), *islice(below, _WORDS_BESIDE)):
         yield i + 1, lines[i]
-    for name, column in zip(sheet.names, sheet.columns, strict=False):
-        if name and sum(map(bool, column[:_ROWS_BESIDE])) * 2 < min(len(column), _ROWS_BESIDE):
+    for index, (name, column) in enumerate(zip(sheet.names, sheet.columns, strict=False)):
+        seldom = name and sum(map(bool, column[:_ROWS_BESIDE])) * 2 < min(len(column), _ROWS_BESIDE)
+        # A name with its unit above an empty column of a template is one of a column, and no remark on the others.
+        if seldom and (any(map(str.strip, column)) or not _NAME_WITH_UNIT.fullmatch(name) or index not in sheet.headings):
             yield sheet.header_line, name
     for line, index, words_on in sheet.text.comments:
         on_name = line == sheet.header_line and 0 <= index < len(sheet.names)

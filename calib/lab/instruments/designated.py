@@ -39,6 +39,8 @@ def designated(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, tupl
     [(0, 'force', 'U9C'), (1, 'displacement', 'AI 2')]
     >>> designated(("Force ch1 (N)", "Force ch2 (N)"), ("",) * 2), designated(("Force MAX1 (N)",), ("",))
     ({}, {})
+    >>> [w for _, w in designated(("CH0001 Force (N)", "CH1-2 Disp (mm)", "param1 Cp (F)"), ("",) * 3).values()]
+    ['CH0001', 'CH1-2', 'param1']
     """
     columns = list(zip(names, below, strict=True))
     found = {i: f for i, (name, unit) in enumerate(columns) if name and (f := _designated(name, unit)) is not None}
@@ -75,7 +77,7 @@ def _designated(name: str, below: str) -> tuple[Heading, str] | None:
     if heading is not None:
         # A letter with a channel and a unit is its quantity: "C CH1 (pF)"; one with a model may be of a specimen.
         lettered = heading.letter or len(heading.name) == 1
-        of_channel = re.split(r"[\s.#\d-]", words.lower())[0] in CHANNELS
+        of_channel = re.split(r"[\s.#\d-]", words.lower())[0] in {*CHANNELS, "u"}
         doubtful = (
             heading.name_doubt or heading.unit_doubt or heading.index or heading.processed or (lettered and not of_channel)
         )

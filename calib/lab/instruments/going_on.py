@@ -13,15 +13,18 @@ from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
-# Rows on either side with which a row is compared.
-_NEAR = 3
+# Rows on either side with which a row is compared, and a block of rows at each of its ends, by the middle of a few of its own.
+_NEAR, _BESIDE_BLOCK, _OF_BLOCK = 3, 8, 3
+# So many rows in succession are a block.
+_BLOCK = 10
 
 
 def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: bool) -> set[int]:
     """Find those of some rows whose time and readings go on from the rows beside them, with a cell wherever these have one.
 
     Rows in succession go on together or not at all, so that where the cells of many stand in other columns, none is held
-    against another of them alone.
+    against another of them alone. Of a block each time has to be in order, and its readings to go on from those beside it at
+    both ends: among many rows noise takes one of them farther.
 
     Parameters
     ----------
@@ -35,13 +38,13 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
     if not rows or not headings:
         return set()
     n_row = len(table.lines)
-    seen = sorted({n for r in rows for n in range(max(r - _NEAR, 0), min(r + _NEAR + 1, n_row))})
+    seen = sorted({n for r in rows for n in range(max(r - _BESIDE_BLOCK, 0), min(r + _BESIDE_BLOCK + 1, n_row))})
     place = {r: k for k, r in enumerate(seen)}
     values = {i: values_of([table.columns[i][r].strip() for r in seen], sheet.declared_decimal) for i in headings}
     times = [values[i] for i, h in headings.items() if h.quantity == "time"]
     others = [values[i] for i, h in headings.items() if h.quantity != "time"]
 
-    def goes_on(row: int) -> bool:
+    def goes_on(row: int, *, within: bool = False) -> bool:
         at = place[row]
         before, after = list(range(at - min(_NEAR, row), at)), list(range(at + 1, at + 1 + min(_NEAR, n_row - 1 - row)))
         if not times and not (before and after):
@@ -51,13 +54,35 @@ def rows_going_on(sheet: Sheet, table: Table, rows: Collection[int], *, whole: b
             return False
         if not all(_is_in_order(v, at, before, after) for v in times):
             return False
+        if within:
+            return True
         near = [_is_near(v, at, before + after) for v in others]
         between = bool(before and after) and all(v[at - 1] < v[at] < v[at + 1] for v in times)
         if whole or not times or not between:
             return all(near) and all(_is_near(v, at, before + after) for v in times)
         return any(near) or not near
 
-    return {r for run in _runs(rows) if all(map(goes_on, run)) for r in run}
+    def block_goes_on(run: Sequence[int]) -> bool:
+        first, behind = place[run[0]], place[run[-1]] + 1
+        before, after = (
+            range(first - min(_BESIDE_BLOCK, run[0]), first),
+            range(behind, behind + min(_BESIDE_BLOCK, n_row - 1 - run[-1])),
+        )
+        ends = ((before, range(first, first + _OF_BLOCK)), (after, range(behind - _OF_BLOCK, behind)))
+        near = all(_is_near_in_the_middle(v, own, beside) for v in others for beside, own in ends)
+        return near and all(goes_on(row, within=True) for row in run)
+
+    of_block = {r for run in _runs(rows) if len(run) >= _BLOCK and times and block_goes_on(run) for r in run}
+    return of_block | {r for run in _runs(rows) if len(run) < _BLOCK or not times if all(map(goes_on, run)) for r in run}
+
+
+def in_blocks(rows: Iterable[int]) -> set[int]:
+    """Those of some rows that stand in blocks of many in succession.
+
+    >>> len(in_blocks([3, 7, *range(20, 40)]))
+    20
+    """
+    return {r for run in _runs(rows) if len(run) >= _BLOCK for r in run}
 
 
 def _runs(rows: Iterable[int]) -> list[list[int]]:
@@ -98,6 +123,13 @@ def _is_in_order(values: FloatArray, at: int, before: Sequence[int], after: Sequ
     if early and late:
         return bool(early[-1] <= values[at] <= late[0]) and early[-1] < late[0]
     return bool((not early or early[-1] < values[at]) and (not late or values[at] < late[0]))
+
+
+def _is_near_in_the_middle(values: FloatArray, own: Sequence[int], beside: Sequence[int]) -> bool:
+    """Whether the middle of a few readings is no farther from those beside them than these are from each other."""
+    there = values[list(own)]
+    there = there[np.isfinite(there)]
+    return not there.size or _is_near(np.append(values[list(beside)], np.median(there)), len(beside), range(len(beside)))
 
 
 def _is_near(values: FloatArray, at: int, beside: Sequence[int]) -> bool:

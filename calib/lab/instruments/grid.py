@@ -9,6 +9,7 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.characters import DIRECTIONS
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.part import Cell, CellTypes, Part
 from calib.lab.instruments.shown import shown_as
@@ -20,6 +21,8 @@ Value = str | float | int | bool | datetime | date | time | timedelta | None
 #: More cells than any lab's sheet holds; each costs about a microsecond and a hundred bytes.
 MOST_CELLS = 12_000_000
 _MARKED = re.compile(r"[.,'’\s]")
+# Characters of no width, which a cell with words may hold.
+_UNSEEN = str.maketrans("", "", f"{DIRECTIONS}\u200b\u2060\ufeff")
 _DELIMITED = re.compile(r"[;,\t]|\s{2,}")
 
 
@@ -65,7 +68,7 @@ def part_of(
     dates: dict[Cell, str] = {}
     shown: dict[Cell, str] = {}
     written: list[list[str]] = []
-    width = n_cell = n_typed = 0
+    width = n_cell = n_typed = n_unseen = 0
     for row, cells in enumerate(rows, 1):
         line: list[str] = []
         n_cell += len(cells)
@@ -77,7 +80,9 @@ def part_of(
                 line.append("")
                 continue
             if type(value) is str:
-                cell = _one_line(value)
+                plain = value if value.isascii() else value.translate(_UNSEEN)
+                n_unseen += plain != value
+                cell = _one_line(plain)
                 if _MARKED.search(cell) and is_numeric(cell):
                     texts[row, column] = cell
             else:
@@ -99,6 +104,7 @@ def part_of(
     if width * len(written) > MOST_CELLS:
         message = f'sheet "{sheet.name}" reaches to {address((len(written), width - 1))}, which no lab\'s record does'
         raise InputError(Fault(message, sheet.path, advice="Export the record as a CSV file"))
+    unseen = [f"characters that nobody sees are left out of {n_unseen} cells"] if n_unseen else []
     # The lines of a text file, put into the first column as they are: to be cut as such.
     alone = width == 1 and any(_DELIMITED.search(line[0]) for line in written if line)
     if alone:
@@ -110,7 +116,7 @@ def part_of(
     text = LabText(
         sheet.path, sheet.sha256, f"{sheet.format}, sheet {sheet.name}", (*lines, ""), True, decimal, typed=bool(decimal)
     )
-    return Part("sheet", sheet.name, text, "", sheet.hidden, types, tuple(notes))
+    return Part("sheet", sheet.name, text, "", sheet.hidden, types, (*notes, *unseen))
 
 
 def with_comments(part: Part, comments: Iterable[tuple[Cell | None, str]]) -> Part:

@@ -28,10 +28,14 @@ _NUMBERED = CHANNELS | {name for name in ONLY_WITH_UNIT - PHASES - KEYS if len(n
 _INPUT = re.compile(r"\w+/ai\d{1,3}", re.IGNORECASE)
 # The board of an input that stands behind it: "Dev1_ai0".
 _BOARD = re.compile(r"(?:c?daq\d{1,2})?(?:dev|mod)\d{1,2}", re.IGNORECASE)
-_CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?\d{1,3}")
-# A model: "U9C", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a factor.
+# A channel by its number, of loggers with many with zeros before it, "CH0001", or by unit and input, "CH1-1", "U1-2".
+_CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?(?:\d{1,3}|0\d{3,4})")
+_UNIT_AND_INPUT = re.compile(r"(?:ch|u)\d{1,2}-\d{1,2}", re.IGNORECASE)
+# A model: "U9C", "S2M10N", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a
+# factor.
 _MODEL = re.compile(
-    r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|[a-z]{2,}\d{3,5}|"
+    r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|"
+    r"[A-Z]\d{1,2}[A-Z]\d{1,4}[A-Z]|[a-z]{2,}\d{3,5}|"
     r"(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
 )
 # How far a load cell reaches, behind its model: "U9C_10N".
@@ -63,6 +67,7 @@ def _told(parts: Sequence[str]) -> Iterator[bool]:
             or (_NUMBER.fullmatch(part) is not None and before.lower() in MAKERS)
             or (channel is not None and channel["word"].lower() in _NUMBERED)
             or _INPUT.fullmatch(part) is not None
+            or _UNIT_AND_INPUT.fullmatch(part) is not None
             or (_BOARD.fullmatch(part) is not None and re.fullmatch(r"ai\d{1,3}", after, re.IGNORECASE) is not None)
             or _is_model(part)
             or (_CAPACITY.fullmatch(part) is not None and _is_model(before))
@@ -70,7 +75,7 @@ def _told(parts: Sequence[str]) -> Iterator[bool]:
 
 
 def _is_index(part: str) -> bool:
-    return part.strip("#.").isdecimal() and len(part) < 4
+    return part.strip("#.").isdecimal() and (len(part) < 4 or (part[0] == "0" and len(part) < 6))
 
 
 def _is_model(part: str) -> bool:

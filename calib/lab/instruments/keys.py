@@ -16,7 +16,7 @@ from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
-from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.sheet import OF_UNITS, Sheet
 from calib.lab.instruments.small_tables import in_small_table
 from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.together import is_spread
@@ -167,7 +167,7 @@ def remarks_on_scale(
     labels: list[str] = []
     stating = {stated.line for of_column in sheet.scalings.values() for stated in of_column}
     for index, column in enumerate(sheet.columns):
-        if index in used.values():
+        if index in used.values() or sheet.set_aside.get(index, "").startswith(OF_UNITS):
             continue
         n_empty = column.count("")
         if n_empty == len(column) or compares(column):

@@ -249,7 +249,7 @@ MOVING = _set(
     "course vérin"
 )
 #: Words before the number of a channel of an amplifier or a board: `ch1`, `AI 1`.
-CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang 通道 채널")
+CHANNELS = _set("ch chan channel kanal canal canale kanaal kanał ai ain adc input eingang param demod 通道 채널")
 #: Who makes load cells, displacement sensors and meters: `Kistler 9207 [N]`.
 MAKERS = _set(
     "kistler hbm hbk burster futek lorenz schunk ati zemic kyowa tml vishay tedea revere sauter imada shimpo keyence wenglor "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.brackets import usual_case
+from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.lines import not_read
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.text import LabText
@@ -31,10 +33,19 @@ _PLAIN = re.sub(r"\?P<\w+>", "", _PAIR)
 # Two values at least, or one behind a time.
 _LINE = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})+[\s,;|]*", re.IGNORECASE)
 _BEHIND_A_TIME = re.compile(rf"\s*{_PLAIN}(?:[\s,;|]+{_PLAIN})*[\s,;|]*", re.IGNORECASE)
+# The units of the values in a line above them: "# units: t s, d mm, F N", "# t in ms; z in um", "t[s] d[mm]".
+_ITS_UNIT = r"(?P<name>[^\W\d]\w*)(?:\s+(?:in|is)\s+|\s*[:=\[(]\s*|\s+)(?P<unit>[^\s,;|()\[\]]{1,12})[\])]?"
+_NAME_AND_UNIT = re.compile(_ITS_UNIT)
+_ONE_UNIT = f"(?>{re.sub(r'[?]P<[a-z]+>', '?:', _ITS_UNIT)})"
+_UNIT_LINE = re.compile(
+    rf"[\s#%/;!\"]*(?:(?:{UNIT_NAMES})\s*[:=]?\s+)?(?P<pairs>{_ONE_UNIT}(?:[\s,;|]++{_ONE_UNIT})++)[\s,;|.]*", re.IGNORECASE
+)
 # Lines above the first one that may say what the logger is, and lines that show that each names its values.
 _ABOVE, _FEWEST = 20, 5
 # Lines that show whether they name one value or several in turn.
 _LOOKED_AT = 200
+# Letters of a line that says units.
+_LONGEST = 200
 
 
 def named_values(text: LabText) -> Sheet | None:
@@ -86,18 +97,40 @@ def named_values(text: LabText) -> Sheet | None:
         own = {unit for _, unit in cells}
         below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
         columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
+    units_line, said = _units_above([(number, line) for number, line in written[:first]], names, below)
+    below = [said.get(name, unit) for name, unit in zip(names, below, strict=True)]
     sheet = Sheet(
         text,
         " ",
         0,
         tuple(names),
+        units_line or None,
         units=tuple(below) if any(below) else (),
         columns=tuple(columns),
         lines=np.array(lines, dtype=np.int64),
         cut_short=cut_short,
     )
     note = f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
-    return replace(sheet, notes=(note,), unread=tuple(not_read(sheet, [n - 1 for n, _ in written[:first]], "above the rows")))
+    more = (
+        [f"line {units_line} says their units: {', '.join(f'{name} in {unit}' for name, unit in said.items())}"] if said else []
+    )
+    above = [n - 1 for n, _ in written[:first] if n != units_line]
+    return replace(sheet, notes=(note, *more), unread=tuple(not_read(sheet, above, "above the rows")))
+
+
+def _units_above(above: Sequence[tuple[int, str]], names: Sequence[str], own: Sequence[str]) -> tuple[int, dict[str, str]]:
+    """The 1-based line above the rows that says units of their values, name by name, and those; 0 and {} without such a line.
+
+    Of two such lines, or where one of the values has a unit of its own, none is taken.
+    """
+    found: list[tuple[int, dict[str, str]]] = []
+    for number, line in above:
+        match = _UNIT_LINE.fullmatch(line) if len(line) < _LONGEST else None
+        pairs = [(m["name"], m["unit"]) for m in _NAME_AND_UNIT.finditer(match["pairs"])] if match is not None else []
+        said = {name: usual_case(name, unit) for name, unit in pairs}
+        if len(said) == len(pairs) > 1 and said.keys() <= {*names} and all(map(looks_like_unit, said.values())):
+            found.append((number, said))
+    return found[0] if len(found) == 1 and not any(own) else (0, {})
 
 
 def _of_channels_in_turn(text: LabText, first: int) -> Fault | None:

@@ -28,8 +28,8 @@ _NOT_NUMERIC = re.compile(
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
-    r"over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf(?:inity)?|[+-]?1\.#inf0*|"
-    r"-{2,}|\*{2,}|#{2,}",
+    r"over|under|ovld|ovf?l|ovrld|ovf|ovrflw|ov\d+|ofl|ol|o\.l|overload|overflow|over ?range|out of range|"
+    r"underflow|under ?range|(?-i:[OU]F)|[+-]?inf(?:inity)?|[+-]?1\.#inf0*|-+[.,]-+|-{2,}|\*{2,}|#{2,}",
     re.IGNORECASE,
 )
 _MISSING = re.compile(
@@ -90,17 +90,17 @@ def not_numbers(cells: Sequence[str], most: int) -> list[int] | None:
 
 
 def is_over_range(cell: str) -> bool:
-    """Whether a cell is a word by which an instrument says that it has no reading: OVER, OV01, OL, dashes or stars.
+    """Whether a cell is a word by which an instrument says that it has no reading: OVER, OV01, OL, OF, dashes or stars.
 
-    >>> is_over_range("OV01"), is_over_range("----"), is_over_range("over it")
-    (True, True, False)
+    >>> [is_over_range(cell) for cell in ("OV01", "----", "--.--", "OF", "of", "over it", "-")]
+    [True, True, True, True, False, False, False]
     """
     return _OVER_WORD.fullmatch(cell.strip()) is not None
 
 
 def is_dashes(cell: str) -> bool:
-    """Whether a cell is two dashes or more: no reading, be it over-range or between those of a slower instrument."""
-    return len(cell := cell.strip()) > 1 and not cell.strip("-")
+    """Whether a cell is two dashes or more, with or without the decimal mark: no reading, over-range or of a slower meter."""
+    return len(cell := cell.strip()) > 1 and not cell.strip("-.,") and cell.count("-") > 1
 
 
 def is_hidden(cell: str) -> bool:

@@ -105,7 +105,7 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
     found = None if types is None else certain(sheet, types, reading)
     if found is not None and found.sheet.declared_decimal:
         reading = replace(reading, decimal="")  # it was for the texts, which are numbers now
-    sheet = with_unit_columns(sheet if found is None else found.sheet)
+    sheet = with_unit_columns(sheet if found is None else found.sheet, reading)
     sheet = with_plain_clocks(with_plain_cells(sheet, reading), reading)
     for family in FAMILIES:
         reason = family.recognise(sheet)

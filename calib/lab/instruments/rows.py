@@ -14,7 +14,7 @@ import numpy as np
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.blocks import OF_STRAY, SPECIMEN, block_table, require_no_other_rows
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
-from calib.lab.instruments.going_on import rows_going_on
+from calib.lab.instruments.going_on import in_blocks, rows_going_on
 from calib.lab.instruments.header import split_blanks, split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lines import (
@@ -93,8 +93,10 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     beyond, ended, results = _beyond_the_names(sheet, table), _without_an_end(sheet, table), _of_results(table)
     moved = beyond | ended
     sound = rows_going_on(sheet, table, moved, whole=True)
-    # What is empty in a row now and then may have been its first cell: it goes on by chance. Of many, all do or none.
-    sound -= ended.keys() if len(ended) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
+    # What is empty in a row now and then may have been its first cell: it goes on by chance. Of many, all do or none. A block
+    # is told by its ends.
+    alone = ended.keys() - in_blocks(ended)
+    sound -= alone if len(alone) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
     sound |= rows_going_on(sheet, table, results, whole=False) - (ended.keys() - sound)
     worded = worded_rows(sheet, table, {*moved, *results})
     wide = shifted_rows(sheet, worded.without) | {r: why for r, why in (moved | results).items() if r not in sound}

@@ -27,6 +27,9 @@ _NO_FARAD = 1e-3
 _FORCE = Heading("force", 4 * PLAIN, "f", None, letter=True)
 _SEEN = 2000
 
+#: Why a column is set aside that holds the units of another.
+OF_UNITS = "the unit of"
+
 
 @dataclass(frozen=True)
 class Scaling:

@@ -22,6 +22,13 @@ _CHANNEL = r"(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?\d{1,3}"
 _LISTED = re.compile(_CHANNEL, re.IGNORECASE)
 # A key to the channels, one a line, in comments or without: "# CH3 = Force [N]", "Channel 3: Force (N)".
 _KEY = re.compile(rf"[\s#%/;!\"]*(?P<channel>{_CHANNEL})\s*[=:]\s*(?P<name>[^\W\d].*?)[\s,;\"]*", re.IGNORECASE)
+# A list of what the channels X and Y of a press monitor are, `Kanal X;Weg`, and their names in the header, "X [mm]".
+_AXIS_KEY = re.compile(
+    r"[\s#%/!\"]*(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie|Axis|Achse|Axe|Asse|Eje)\.?[ _-]?(?P<axis>[XYZ])\"?\s*[=:,;\t]\s*"
+    r"\"?(?P<name>[^\W\d][^,;\t\"]*)[\s,;\"]*",
+    re.IGNORECASE,
+)
+_AXIS = re.compile(r"(?P<axis>[XYZ])\s*(?P<unit>[(\[][^()\[\]]+[)\]])?", re.IGNORECASE)
 # Igor writes "WAVES/D<tab>time, force" between "IGOR" and "BEGIN".
 _WAVES = re.compile(r"\s*WAVES(?:/[A-Z]+)*[\t ]+(?P<names>[^,\"]+(?:,[^,\"]+)+)", re.IGNORECASE)
 # What stands for the readings below a title, and between what was measured and over what it is drawn.
@@ -120,6 +127,43 @@ def _with_channels_named(lines: Sequence[str], mark: str) -> list[str]:
         keys |= {i} if key is not None else set()
         if named.setdefault(_address(cells[0]), (i, cells[1]))[1] != cells[1] and understand(cells[1]) is not None:
             return []  # two lists
+    return []
+
+
+def with_axes_named(lines: Sequence[str]) -> list[str]:
+    """The lines with the names that a list gives to the channels X and Y in their place in the header; [] without such.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_axes_named(["Kanal X;Weg", "Kanal Y;Kraft", "Zeit [s];X [mm];Y [N]", "0,0;0,1;0,2"])
+    ['', '', 'Zeit [s];Weg [mm];Kraft [N]', '0,0;0,1;0,2']
+    """
+    named: dict[str, tuple[int, str]] = {}
+    for i, line in enumerate(lines[:_ABOVE]):
+        key = _AXIS_KEY.fullmatch(line) if len(line) < _LONGEST_KEY else None
+        if key is not None:
+            axis, name = key["axis"].upper(), key["name"].strip()
+            if axis in named or understand(name) is None:
+                return []
+            named[axis] = i, name
+            continue
+        mark = next((mark for mark in "\t;," if mark in line), ",")
+        cells = _cells(line, mark)
+        found = [_AXIS.fullmatch(cell) for cell in cells]
+        axes = [match["axis"].upper() for match in found if match is not None]
+        if len(axes) < 2:
+            continue
+        names = [
+            f"{named.get(m['axis'].upper(), (0, m['axis']))[1]} {m['unit'] or ''}".strip() if m is not None else cell
+            for m, cell in zip(found, cells, strict=True)
+        ]
+        known = all(understand(n) is not None or not m["unit"] for n, m in zip(names, found, strict=True) if m is not None)
+        if sorted(axes) != sorted(named) or not known or any(mark in name or '"' in name for name in names):
+            return []
+        lists = {at for at, _ in named.values()}
+        return [*("" if k in lists else above for k, above in enumerate(lines[:i])), mark.join(names), *lines[i + 1 :]]
     return []
 
 

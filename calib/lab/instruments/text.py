@@ -13,9 +13,11 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
+from calib.lab.instruments.characters import DIRECTIONS, with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.signals import (
+    with_axes_named,
     with_channels_named,
     with_comments_as_names,
     with_signals_named,
@@ -59,6 +61,7 @@ _END_OF_DOS = b"\x1a"
 _UNSEEN = (
     ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
     ("\u200b\u2060", re.compile("[\u200b\u2060]"), "a blank of no width"),
+    (DIRECTIONS, re.compile(f"[{DIRECTIONS}]"), "a mark of the direction of writing"),
     ("\f\v", re.compile("^[\f\v]+|[\f\v]+$", re.MULTILINE), "the end of a page (a form feed)"),
 )
 # Control characters of a text that is damaged, as so many and a share of it; other files have more.
@@ -83,10 +86,10 @@ _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")
 # A cell in quotes that was quoted once more, """Load (N)""", with the quotes around it or without.
 _QUOTED_TWICE = re.compile(r'(^|[,;\t])(?:"""([^"\n]*)"""|""([^",;\t\n]+)"")(?=[,;\t\n]|\Z)', re.MULTILINE)
 # A digit of another script than Latin, a cell with a number in such, and how many show that numbers are written so; what these
-# scripts have for marks of numbers, and marks of the direction in which they are written.
-_OTHER_DIGIT, _DIRECTIONS = re.compile(r"(?![0-9])\d"), "\u200e\u200f\u061c"
+# scripts have for marks of numbers.
+_OTHER_DIGIT = re.compile(r"(?![0-9])\d")
 _OTHER_NUMBER = re.compile(
-    rf'(?:^|(?<=[;,\t|" ]))[{_DIRECTIONS}]*[-+\u2212\uff0d\uff0b]?(?:(?![0-9])\d)++[\u066b.,\uff0e]?(?:(?![0-9])\d)*+',
+    r'(?:^|(?<=[;,\t|" ]))[-+\u2212\uff0d\uff0b]?(?:(?![0-9])\d)++[\u066b.,\uff0e]?(?:(?![0-9])\d)*+',
     re.MULTILINE,
 )
 _OTHER_MARKS = {"\u066b": ".", "\u066c": "'", "\uff0e": ".", "\uff0d": "-", "\uff0b": "+"}
@@ -113,6 +116,11 @@ _NAMED_ELSEWHERE = (
         re.compile(r'^[#%/;! \t"]*(?:CH|Chan|Channel|Kanal|Canal|Canale|Voie)\.?[ _-]?0*[12]"? *[,;\t=:]', re.I | re.MULTILINE),
         with_channels_named,
         "channels are named by the list of them above the header",
+    ),
+    (
+        re.compile(r'^[#%/! \t"]*[^\W\d_]{2,8}\.?[ _-]?X"? *[,;\t=:]', re.I | re.MULTILINE),
+        with_axes_named,
+        "the channels X and Y are named by the list of them above the header",
     ),
     (re.compile(r"\AIGOR\n", re.IGNORECASE), with_waves_named, "the columns are the waves of an Igor text file"),
     (
@@ -201,6 +209,7 @@ def read_lab_text(path: Path) -> LabText:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     text, unseen = _without_the_unseen(text)
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
+    text, plain = with_plain_characters(text)
     if "D+" in text or "D-" in text:
         text = _FORTRAN.sub("E", text)
     if any(blank in text for blank in _HARD_BLANKS):
@@ -215,7 +224,7 @@ def read_lab_text(path: Path) -> LabText:
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
     of_old = (f"the letters are read in {encoding}, in which most names are understood",) if encoding in _OLD else ()
-    notes = (*of_old, *unseen, *digits, *notes)
+    notes = (*of_old, *unseen, *plain, *digits, *notes)
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"), notes=notes)
 
 
@@ -253,8 +262,8 @@ def _with_usual_digits(text: str) -> tuple[str, tuple[str, ...]]:
         return text, ()
     found = sorted(set(_OTHER_DIGIT.findall(text)))
     usual = {ord(digit): str(unicodedata.decimal(digit)) for digit in found}
-    # Marks of the direction of writing are invisible; the marks of these scripts are one thing each.
-    text = text.translate(usual | dict.fromkeys(map(ord, _DIRECTIONS)) | {ord(mark): to for mark, to in _OTHER_MARKS.items()})
+    # The marks of these scripts are one thing each.
+    text = text.translate(usual | {ord(mark): to for mark, to in _OTHER_MARKS.items()})
     return text, (f"the numbers are written in digits of another script ({''.join(found[:10])}), which are read as 0 to 9",)
 
 

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import are_counts, is_factor, says_sense, usual_case, without_conditions
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.common_words import say_nothing
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.labtable import Unread
@@ -45,6 +46,12 @@ _OF_FORMULAS = MappingProxyType({"displacement": tuple("xszdhu"), "force": tuple
 _METER = re.compile(r"(?:(?:lcr|rlc|capacitance|impedance)[ -]?)?(?:meter|bridge|analy[sz]er)|lcr|rlc", re.IGNORECASE)
 # A name as the letter of formulas, with an index.
 _SYMBOL = re.compile(r"[^\W\d_](?:_?[^\W_]{1,2})?")
+# Where programs keep columns: a group, a task or a measurement, with a name or a number.
+_OF_A_PLACE = re.compile(
+    r"(?:[^\W\d_]+[ _.-])?(?:groups?|gruppe|groupe|grup[po]o|tasks?|messung|measurement|mesure|run|test|daq|rig)"
+    r"(?:[ _.-]?(?:[^\W_]+))?",
+    re.IGNORECASE,
+)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -117,6 +124,8 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'{said}, "{shown}"'))
         elif units_line is not None and units_line == lines[place - 1] + 1 and _comments(cells, names, units):
             unread.append(Unread(f"line {index + 1}", f'comments on the columns, "{shown}"'))
+        elif delimiter != " " and _one_for_all(cells, names):
+            unread.append(Unread(f"line {index + 1}", f'the same words in every column, "{shown}"'))
         elif _titles(cells, names) and delimiter != " ":
             if _named_again(cells, names):
                 unread.append(Unread(f"line {index + 1}", f'the names of line {header + 1} in other words, "{shown}"'))
@@ -393,6 +402,14 @@ def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:
     if len(there) < 2 or len(cells) < len(names) or [c.strip() for c in cells] == list(names):
         return False
     return not any(map(_is_reading, there))
+
+
+def _one_for_all(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row has the same words in every cell, of where columns are kept ("wf group 1"), not of what they are."""
+    if len(names) < 2 or len(cells) != len(names) or len({*cells}) > 1 or not any(map(str.isalpha, cells[0])):
+        return False
+    known = any(reads(cells[0]) for reads in (understand, with_its_unit, unit_cell, says_sense, are_counts, is_missing))
+    return not known and cells[0] not in names and _OF_A_PLACE.fullmatch(cells[0]) is not None and say_nothing(cells[0])
 
 
 def _named_again(cells: Sequence[str], names: Sequence[str]) -> bool:

@@ -91,6 +91,11 @@ _BEHIND_COMMA: Mapping[str, str] = MappingProxyType(
     {"displacement": "shdzwuδ", "force": "FPLNW", "capacitance": "C", "time": "t"}
 )
 _INDICES: Mapping[str, str] = MappingProxyType({"displacement": "z", "force": "nNz", "capacitance": "psPS"})
+# The symbol of a force along the normal, whose index is no unit where another stands behind it: "F_N [mN]".
+_NORMAL_FORCE = re.compile(
+    r"\$?(?P<letter>[Ff])_(?P<index>[Nn]|\{[Nn]\}|\{?\\mathrm\{[Nn]\}\}?)\$?(?P<behind>\s*[(\[]\s*(?P<bracket>[^()\[\]]+?)\s*[)\]]|"
+    r"(?:\s*[/,]\s*|_|\s+in\s+)(?P<bare>[^\W\d_]+))?"
+)
 # What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
 _OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
 #: A function of what was measured.
@@ -304,6 +309,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     quantity : one of `SI_UNIT`.
     cell, unit_below : as of `understand`.
     """
+    cell = _without_its_index(cell, unit_below)
     cell = without_conditions(tidy(cell))[0] if quantity in _OF_A_METER else tidy(cell)
     cut = without_brackets(cell)
     outside, brackets = cut if cut is not None else (cell, ())
@@ -320,6 +326,27 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
 
 
+def unit_of_normal_force(cell: str, unit_below: str = "") -> str:
+    """The unit that stands behind the symbol of a normal force, or below it; "" of any other name, or where none stands.
+
+    Parameters
+    ----------
+    cell, unit_below : as of `understand`.
+
+    >>> [unit_of_normal_force(cell) for cell in ("F_N [mN]", "F_N", "F_T (N)")], unit_of_normal_force("F_N", "kN")
+    (['mN', '', ''], 'kN')
+    """
+    match = _NORMAL_FORCE.fullmatch(cell.strip()) if len(cell) <= LONGEST else None
+    unit = (match["bracket"] or match["bare"] or unit_below) if match is not None else ""
+    return unit if unit and is_unit_of(unit, "force") else ""
+
+
+def _without_its_index(cell: str, unit_below: str) -> str:
+    """A cell with the symbol of a normal force without what sets its index apart; any other as it is."""
+    match = _NORMAL_FORCE.fullmatch(cell.strip()) if unit_of_normal_force(cell, unit_below) else None
+    return f"{match['letter']}n{match['behind'] or ''}" if match is not None else cell
+
+
 @lru_cache(maxsize=_MOST_NAMES)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
@@ -327,6 +354,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
+    cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
     if of_run is not None and not understand(cell[: of_run.start("name")]):
@@ -476,7 +504,7 @@ def _bare(outside: str) -> str:
 
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
-    match = _TAIL.match(_bare(outside))
+    match = _TAIL.match(_bare(outside)) if len(outside) <= LONGEST else None
     if match is None or match["unit"] in _NO_TAIL:
         return
     miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)

@@ -28,6 +28,11 @@ def power_of_ten(f: float, times: str) -> str:
     return f"{mantissa}{times}{int(exponent)}"
 
 
+def raised(cell: str) -> str:
+    plain, exponent = cell.split("^")
+    return plain + exponent.translate(str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"))
+
+
 @pytest.mark.parametrize(
     "cell",
     [
@@ -37,6 +42,8 @@ def power_of_ten(f: float, times: str) -> str:
         lambda f: power_of_ten(f, "×10^"),
         lambda f: power_of_ten(f, "*10^"),
         lambda f: power_of_ten(f, " x 10**"),
+        lambda f: raised(power_of_ten(f, "×10^")),
+        lambda f: raised(power_of_ten(f, " · 10^")),
         lambda f: power_of_ten(f, "·10^"),
         lambda f: f"{f:.5e}".replace("e", " E"),
         lambda f: f"{f:.4f}".replace(".", "·"),
@@ -49,7 +56,7 @@ def test_a_column_of_numbers_in_a_way_of_its_own_is_read_with_a_note(tmp_path: P
     assert any("is read as" in note and "so are all such cells" in note for note in table.notes)
 
 
-@pytest.mark.parametrize("odd", ["'0.0·5", "0·5·1", "1.2×10", "1.2×12^3", "- - 0.5", "0.5 E", "'", "5 E3"])
+@pytest.mark.parametrize("odd", ["'0.0·5", "0·5·1", "1.2×10", "1.2×12^3", "1.2×10⁻⁻³", "- - 0.5", "0.5 E", "'", "5 E3"])
 def test_a_cell_of_another_kind_among_them_is_no_number(tmp_path: Path, odd: str) -> None:
     path = written(tmp_path, lambda i, f: odd if i == 20 else f"'{f:.4f}")
     with pytest.raises(InputError, match="is not a number"):
@@ -69,3 +76,20 @@ def test_a_middle_dot_before_three_digits_leaves_open_what_a_point_there_does(tm
     with pytest.raises(InputError, match="decimal mark cannot be told"):
         read_lab_file(path)
     assert read_lab_file(path, Reading(decimal=".")).columns["capacitance"][0] == pytest.approx(97.301e-12)
+
+
+@pytest.mark.parametrize("minus", [lambda x: f"({-x:.5f})", lambda x: f"{-x:.5f}-"])
+def test_a_way_of_writing_a_minus_in_one_column_is_no_damage_in_another(tmp_path: Path, minus: Callable[[float], str]) -> None:
+    def cell(x: float) -> str:
+        return minus(x) if x < 0 else f"{x:.5f}"
+
+    depth = [-1e-5, *DEPTH[1:]]
+    rows = [f"{i * 0.1:.1f};{cell(x)};{cell(f)}" for i, (x, f) in enumerate(zip(depth, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s);Displacement (m);Force (N)", *rows]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["displacement"], depth, atol=1e-9)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    path.write_text(path.read_text(encoding="utf-8").replace(";0.00005;", ";-0.00005;"), encoding="utf-8")
+    with pytest.raises(InputError, match="is not a number"):
+        read_lab_file(path)  # a minus in front beside it: one of the two may be damage

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import calib
+from calib.errors import InputError
+from calib.lab import read_lab_file
 from calib.lab.instruments.contrary import unit_against
 
 HEADER = "Time (s),Displacement (mm),Force (N)"
@@ -163,3 +165,26 @@ def test_a_comment_on_a_name_is_of_its_column(tmp_path: Path) -> None:
 def test_comments_that_contradict_nothing_are_told(tmp_path: Path) -> None:
     table = calib.read_lab_file(_workbook(tmp_path / "press.xlsx", comment="10 kN load cell, zeroed by Ana"))
     assert any("10 kN load cell" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("template", ["Force (kN)", "Load [lbf]", "Displacement (in)", "Cp (nF)"])
+@pytest.mark.parametrize("gap", [0, 3])
+def test_an_empty_column_of_a_template_states_no_unit_of_another(tmp_path: Path, template: str, gap: int) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [
+        f"{i * 0.1:.1f},{i * 0.0131:.4f},{i * i * 0.0007:.4f},{97.3 + 0.0137 * i * i:.4f}{',' * (gap + 1)}" for i in range(40)
+    ]
+    names = f"Time (s),Displacement (mm),Force (N),Cp (pF){',' * (gap + 1)}{template}"
+    path.write_text("\n".join([names, *rows]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert table.columns["force"][39] == pytest.approx(39 * 39 * 0.0007)
+    assert any(template in unread.what and "empty" in unread.reason for unread in table.unread)
+
+
+@pytest.mark.parametrize("remark", ["Force in kN!", "force was in kN", "N.B. force: kN"])
+def test_a_remark_above_an_empty_column_states_it(tmp_path: Path, remark: str) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{i * 0.1:.1f},{i * 0.0131:.4f},{i * i * 0.0007:.4f}," for i in range(40)]
+    path.write_text("\n".join([f"Time (s),Displacement (mm),Force (N),{remark}", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="kN"):
+        read_lab_file(path)
