@@ -101,31 +101,44 @@ def second_clock(
     """
     said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
     of_two = "capacitance" in values and bool({"force", "displacement"} & set(values))
-    if "time" not in values or not of_two or "capacitance" in said or said >= {"force", "displacement"}:
+    if not of_two or "capacitance" in said or said >= {"force", "displacement"}:
         return []
-    own = values["time"]
-    for index, name in enumerate(sheet.names):
-        unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        beside_taken = why == f'"{sheet.names[places["time"]]}" is taken' and (
-            not sheet.plain_heading(index).quantity or _sides(places, index) != ""
-        )
-        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
-            continue
-        named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
-        if not is_unit_of(unit, "time") if unit else not named:
-            continue
-        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
-        steps, spans = np.diff(other), [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
+    clocks = _may_be_clocks(sheet, places, unread)
+    if "time" not in values:
+        # None of several is known by its name: the first stands for the time.
+        first = next(iter(clocks), -1)
+        places, own = {**places, "time": first}, clocks.pop(first, np.zeros(0))
+    else:
+        own = values["time"]
+    for index, other in clocks.items():
+        spans = [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
         nearly = _PASTED if _parts_instruments(places, index) else _NEARLY
-        if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not nearly * spans[0] < spans[1] < spans[0] / nearly:
+        if not nearly * spans[0] < spans[1] < spans[0] / nearly or difference(own, other)[0] == "same":
             continue
-        if difference(own, other)[0] == "same":
-            continue
-        taken = sheet.names[places["time"]]
+        taken, name = (sheet.names[i] for i in (places["time"], index))
         advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
+
+
+def _may_be_clocks(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str]) -> dict[int, FloatArray]:
+    """The columns that are not read and may be times by unit or name, as they go up from row to row: index -> seconds."""
+    found = {}
+    for index in range(len(sheet.names)):
+        unit, why = sheet.unit_written(index), unread.get(index, "not understood")
+        beside_taken = "time" in places and why == f'"{sheet.names[places["time"]]}" is taken'
+        beside_taken &= not sheet.plain_heading(index).quantity or ("time" in places and _sides(places, index) != "")
+        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
+            continue
+        named = "time" in places and sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
+        if not is_unit_of(unit, "time") if unit else not named:
+            continue
+        (seconds,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
+        steps = np.diff(seconds)
+        if not np.any(steps < 0) and np.mean(steps > 0) >= _MOVES:
+            found[index] = seconds
+    return found
 
 
 def _without_distrusted(sheet: Sheet) -> Sheet:
