@@ -33,6 +33,7 @@ from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
 from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
+from calib.lab.instruments.press_unread import notes_on_press
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
@@ -252,6 +253,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     notes += keys_in_turn(sheet, keyed) if not faults else ()
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
+    notes += notes_on_press(sheet, {*choice.chosen, *reading.columns}, unread)
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
     told, remarks = remarks_on_scale(sheet, places, factors, reading)
     notes, faults = [*notes, *told], [*faults, *remarks]
