@@ -87,11 +87,8 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     outside = re.sub(rf"(?:\s+in\s+|[\s_,/]+){re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
     said, alone = words_in(outside), outside.strip(" :,")
     of_formula = _LETTER_OF.fullmatch(alone)
-    by_letter = (
-        of_formula is not None
-        and of_formula["letter"] in tuple(_BEFORE_WORDS.get(quantity, ()))
-        and not any(map(_NO_READINGS.fullmatch, said))
-    )
+    by_letter = of_formula is not None and of_formula["letter"] in tuple(_BEFORE_WORDS.get(quantity, ()))
+    by_letter = by_letter and not any(map(_NO_READINGS.fullmatch, said))
     if alone.lower() in _OF_FORMULAS.get(quantity, ()) and "Δ" not in alone:
         return True
     return (

@@ -14,6 +14,7 @@ from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
+from calib.lab.instruments.below_zero import counted_below_zero
 from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
@@ -272,6 +273,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
             good[r] = False
+        unsigned, faults = counted_below_zero(
+            sheet, columns, cells, {q: np.where(good, v, np.nan) for q, v in values.items()}, decimals
+        )
+        for quantity, below in unsigned.items():
+            for r, why in below.items():
+                _append(reasons, r, why)
+                values[quantity][r] = np.nan
         smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
         for c in (c for c in columns if c.quantity in smooth and c.quantity != "displacement"):
             rounded |= {c: parts} if (parts := rounded_rows(smooth[c.quantity] / c.factor)) else {}
