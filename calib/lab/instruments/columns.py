@@ -25,6 +25,7 @@ from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.level_told import level_told
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
@@ -71,6 +72,7 @@ from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
+_LEVELS = ("capacitance", "capacitance_series")
 # What instruments beside each other measure; so many rows without a reading in succession are none that was lost.
 _CHANNELS, _PAUSE = ("force", "capacitance", "capacitance_series"), 10
 _STATUS_GOOD = ("0.0", "ok", "normal", "good", "")
@@ -237,6 +239,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
+    notes += level_told(sheet, places[meter]) if (meter := next((q for q in _LEVELS if q in values), "")) else ()
     faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
     notes += of_one_time(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}

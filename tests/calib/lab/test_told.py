@@ -298,3 +298,38 @@ def test_a_negative_capacitance_may_be_left_out_where_a_press_is_left(tmp_path: 
     said = refused_with(tmp_path / "lab.csv", header, rows)
     assert "which no capacitance is" in said
     assert ("--columns capacitance=none" in said) == offered
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "# AD7746 CAPDAC = 93.5 pF, shown: Cin - CAPDAC",
+        "Offset: 93.5 pF",
+        "Stray capacitance of 3.2 pF subtracted",
+        "Kabelkapazität 12 pF abgezogen",
+        "Reference (pF): 90.0, to be added",
+        "C_offset,12.5,pF",
+        "Cable 12 pF removed",
+    ],
+)
+@pytest.mark.parametrize("name", ["Capacitance (pF)", "Cp (pF)"])
+def test_an_offset_that_the_file_says_was_taken_off_a_capacitance_is_noted(tmp_path: Path, above: str, name: str) -> None:
+    table = told(tmp_path, above, header=PLAIN.replace("Capacitance (pF)", name))
+    (note,) = [note for note in table.notes if "with nothing added or taken off" in note]
+    assert note.startswith("line 1 says")
+    assert np.nanmax(table.columns["capacitance"]) == pytest.approx(98.7e-12, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Offset: 0.5 N",
+        "Stray capacitance: 3 pF",
+        "C0 = 97 pF",
+        "Cell offset subtracted",
+        "Range 200 pF",
+        "Operator: C-Cure, 5 mm",
+    ],
+)
+def test_what_takes_no_capacitance_off_is_no_offset_of_one(tmp_path: Path, above: str) -> None:
+    assert not any("with nothing added or taken off" in note for note in told(tmp_path, above).notes)
