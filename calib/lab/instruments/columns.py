@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Choice, Fault, InputError, capped
+from calib.errors import Choice, Fault, InputError, capped, in_shell
 from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
@@ -52,6 +52,7 @@ from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.sticking import sticking, told_of_sticking
 from calib.lab.instruments.subseconds import with_subseconds
+from calib.lab.instruments.ticks import stated_tick
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
@@ -157,6 +158,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         elif not of_day and (against := words_against(sheet, index, quantity, factor)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
+        notes += (
+            _against_a_tick(sheet, index, factor) if quantity in reading.units and quantity == "time" and not of_day else ()
+        )
         columns.append(ReadColumn(index, heading, factor, of_day))
         if (usual := sheet.usual_case_of(index)) and fault is None:
             among = "in a name of capitals " if sheet.names[index].isupper() else ""
@@ -382,6 +386,17 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         conventions=conventions(sheet, values),
         written=MappingProxyType({c.quantity: values[c.quantity] / c.factor for c in columns if c.quantity in _CHANNELS}),
     )
+
+
+def _against_a_tick(sheet: Sheet, index: int, factor: float) -> list[str]:
+    """What to say of counts of a clock that are read in another unit than a line beside the record says one lasts."""
+    tick = None if sheet.unit_written(index) else stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
+    if tick is None or np.isclose(tick.seconds, factor, rtol=1e-3, atol=0.0):
+        return []
+    return [
+        f'one count of "{sheet.names[index]}" is read as {factor:.4g} s, as asked, though line {tick.line} says '
+        f'"{tick.shown}": if one count lasts that, --units {in_shell("time=" + tick.unit)}'
+    ]
 
 
 def _typed(sheet: Sheet, n_column: int) -> Notation | None:
