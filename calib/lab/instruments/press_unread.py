@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from calib.errors import Choice
 from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import is_mass, is_unit_of
+from calib.lab.instruments.vocabulary import FUNCTION
 
 # So many different numbers at least has what moves.
 _FEWEST = 5
 _UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _LETTERS = {"displacement": "szuwxdh", "force": "fp"}
+# What was made of readings, or of how they scatter: "|Force|", "-Force", "Force + 2", "ln Force", "Force IQR".
+_MADE = re.compile(r"^\s*[-\u2212|]|[|+*^√²³=>]|(?<![^\W_])(?:abs|iqr|sem|cv)(?![^\W_])", re.IGNORECASE)
 
 
 def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str]) -> list[str]:
@@ -35,22 +40,28 @@ def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str
         found = [i for i in range(len(sheet.names)) if _may_be(sheet, i, quantity, unread.get(i, "")) and _moves(sheet, i)]
         if not found:
             continue
-        names = " or ".join(f'"{sheet.names[i]}"' for i in found)
+        names = " and ".join(f'"{sheet.names[i]}"' for i in found)
         asked = " or ".join(str(Choice("columns", (sheet.name_for_asking(i),), quantity)) for i in found)
         without_unit = not all(sheet.unit_written(i) for i in found)
         unit = f" --units {quantity}=..." if without_unit else ""
-        notes.append(f"no {quantity} is read; {names} may be it, and move{'' if len(found) > 1 else 's'}: if so, {asked}{unit}")
+        move = "move" if len(found) > 1 else "moves"
+        notes.append(
+            f"no {quantity} is read; {names} {move} and may be one: if it is the {quantity} as it was measured, {asked}{unit}"
+        )
     return notes
 
 
 def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
     """Whether a column that is not understood is in a unit of a quantity, or called by a letter for it alone."""
+    name = sheet.names[index]
     if not why.startswith(_UNKNOWN) or index in sheet.set_aside:
+        return False
+    if _MADE.search(name) or FUNCTION.search(name) or is_of_another(name, quantity):
         return False
     unit = sheet.unit_written(index)
     if unit:
         return is_unit_of(unit, quantity) and not is_mass(unit)
-    return sheet.names[index].lower() in tuple(_LETTERS[quantity])
+    return name.lower() in tuple(_LETTERS[quantity])
 
 
 def _moves(sheet: Sheet, index: int) -> bool:

@@ -362,7 +362,7 @@ def test_a_capacitance_read_without_the_press_beside_it_says_by_which_options_th
 ) -> None:
     table = read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE)
     told = [note for note in table.notes if " is read; " in note]
-    assert [note.partition(": if so, ")[2] for note in told] == said
+    assert [note.partition("as it was measured, ")[2] for note in told] == said
 
 
 @pytest.mark.parametrize(
