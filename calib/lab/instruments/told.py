@@ -28,6 +28,8 @@ _EXACT, _NEAR = 0.015, 0.06
 _OF_A_PART = 0.7
 # How far off moments may be, as a share of the time between them, that tell a ratio of units.
 _MOST_SLACK = 0.15
+# By minutes and hours a test may last longer than its record by chance.
+_BY_CHANCE = 0.003
 # Of readings that are rarer than they were taken only some may be kept, unless their times differ by such numbers.
 _LEAST_STEP = 5.0
 # Figures of a number that is none that was chosen.
@@ -205,8 +207,8 @@ def _lasted_otherwise(between: Moments, time: FloatArray, column: ReadColumn) ->
     for unit in _UNITS["time"] if not column.clock else ():
         by = lab_factor(unit, "time") / column.factor
         off = abs(between.seconds - by * lasts)
-        exactly = _NEAR if round(math.log10(by), 9) % 1 == 0 else _EXACT
-        if by != 1 and off <= max(exactly * between.seconds, between.slack) <= _MOST_SLACK * between.seconds:
+        near, most = (_NEAR, _MOST_SLACK) if round(math.log10(by), 9) % 1 == 0 else (_BY_CHANCE, _BY_CHANCE)
+        if by != 1 and off <= max(near * between.seconds, between.slack) <= most * between.seconds:
             ways.append(("time", unit))
     return (said if longer or ways else ""), ways
 

@@ -292,3 +292,21 @@ def test_two_columns_of_unknown_names_that_are_one_clock_are_none_of_two(tmp_pat
     table = read(tmp_path, "Time_MTS (s)", "Time_FDC (s)", lambda t: t)
     assert {"displacement", "force", "capacitance"} <= set(table.columns)
     assert any(note.startswith('no time is read; "Time_MTS (s)" rises') for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "pair", [("Time_MTS (s)", "Time_FDC (s)"), ("Time_Instron (s)", "Time_Hioki (s)"), ("t_TA_s", "t_LCR_s")]
+)
+@pytest.mark.parametrize("order", ["{0};{1};{2}", "{0};{2};{1}"], ids=["both in front", "one in front, one behind"])
+def test_two_clocks_that_stand_anywhere_are_asked_about_by_their_names_alone(
+    tmp_path: Path, pair: tuple[str, str], order: str
+) -> None:
+    rows = [order.format(*pair, "disp (mm);force (N);Cp (pF)")]
+    for i in range(N):
+        x = 0.01 * min(i, N - 1 - i)
+        load = 1.5 * max(0.0, x - 0.05) ** 1.5
+        rows.append(order.format(f"{0.1 * i:.2f}", f"{0.25 * i:.2f}", f"{x:.4f};{load:.4f};{98 + load:.4f}"))
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(rows) + "\n")
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read_lab_file(path)

@@ -122,6 +122,8 @@ def test_a_record_that_lasts_longer_than_from_its_start_to_its_end_is_noted(tmp_
         ("Start: 14:05:07", "End: 14:05:19"),
         ("Start: 14:05:07", "End: 14:45:00"),
         ("Start: 14:05", "End: 14:05"),
+        ("Start: 14:05:07", "End: 14:17:04"),
+        ("Start: 14:05", "End: 14:17"),
         ("Session start: 14:05:07", "Session end: 14:05:09"),
         ("Start: 14:05:07", "Hold end: 14:05:10"),
         ("Start: 26.11.2026 14:05:07", "End: 14:05:10"),
