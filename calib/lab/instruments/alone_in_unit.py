@@ -21,6 +21,11 @@ _WORDS = re.compile(
 # Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
 # "x" and "y" axes, "T", "V" and "Q" forces across.
 _LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
+# Letters of formulas before a word of what moves or is pressed, "F_Kugel", "u_ball"; "d" and "h" are sizes of it, "x" an axis.
+_BEFORE_WORDS = {"displacement": "suwzSUWZ", "force": "FP"}
+_LETTER_OF = re.compile(r"(?P<letter>[^\W\d_])[_ .-](?P<word>[^\W\d_]{3,}(?:[_ .-][^\W\d_]{3,})*)")
+# Words behind such a letter that make it no reading along the axis, or no reading.
+_NO_READINGS = re.compile(r"ref|err(?:or)?|resid(?:ual)?|tan|tang|lat|fric|norm|start|end|init|null|zero|hold|lim|off|rel")
 # What an approach or a displacement along the axis is called in formulas, which elsewhere is a change or of another axis.
 _OF_FORMULAS = {"displacement": ("delta", "δ", "u_z", "w_z", "d_z", "delta_z")}
 # A change, "dCp", and a difference of capacitances, "Kap - Ref", "Cmeas-Cref": as those with a Greek letter.
@@ -81,10 +86,17 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         return False
     outside = re.sub(rf"(?:\s+in\s+|[\s_,/]+){re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
     said, alone = words_in(outside), outside.strip(" :,")
+    of_formula = _LETTER_OF.fullmatch(alone)
+    by_letter = of_formula is not None and of_formula["letter"] in tuple(_BEFORE_WORDS.get(quantity, ()))
+    by_letter = by_letter and not any(map(_NO_READINGS.fullmatch, said))
     if alone.lower() in _OF_FORMULAS.get(quantity, ()) and "Δ" not in alone:
         return True
     return (
-        (alone in tuple(_LETTERS.get(quantity, "")) or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH)))
+        (
+            by_letter
+            or alone in tuple(_LETTERS.get(quantity, ""))
+            or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH))
+        )
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)

@@ -10,10 +10,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Choice, Fault, InputError, capped
+from calib.errors import Choice, Fault, InputError, capped, in_shell
 from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
+from calib.lab.instruments.below_zero import counted_below_zero
 from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
@@ -24,6 +25,7 @@ from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.level_told import level_told
 from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
@@ -33,6 +35,7 @@ from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
 from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
+from calib.lab.instruments.press_unread import notes_on_press
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
@@ -49,6 +52,7 @@ from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.sticking import sticking, told_of_sticking
 from calib.lab.instruments.subseconds import with_subseconds
+from calib.lab.instruments.ticks import stated_tick
 from calib.lab.instruments.times import begins_anew, copied_rows
 from calib.lab.instruments.told import told_otherwise
 from calib.lab.instruments.unit_choice import (
@@ -69,6 +73,7 @@ from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
+_LEVELS = ("capacitance", "capacitance_series")
 # What instruments beside each other measure; so many rows without a reading in succession are none that was lost.
 _CHANNELS, _PAUSE = ("force", "capacitance", "capacitance_series"), 10
 _STATUS_GOOD = ("0.0", "ok", "normal", "good", "")
@@ -153,6 +158,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         elif not of_day and (against := words_against(sheet, index, quantity, factor)):
             asked = unit_in_words(sheet, index, heading, reading)
             notes.append(f'"{sheet.names[index]}" is read in {asked} as asked, though "{against[0]}" says {against[2]}')
+        notes += (
+            _against_a_tick(sheet, index, factor) if quantity in reading.units and quantity == "time" and not of_day else ()
+        )
         columns.append(ReadColumn(index, heading, factor, of_day))
         if (usual := sheet.usual_case_of(index)) and fault is None:
             among = "in a name of capitals " if sheet.names[index].isupper() else ""
@@ -238,6 +246,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
+    notes += level_told(sheet, places[meter]) if (meter := next((q for q in _LEVELS if q in values), "")) else ()
     faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
     notes += of_one_time(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
@@ -255,6 +264,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     notes += keys_in_turn(sheet, keyed) if not faults else ()
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []
+    notes += notes_on_press(sheet, {*choice.chosen, *reading.columns}, unread)
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
     told, remarks = remarks_on_scale(sheet, places, factors, reading)
     notes, faults = [*notes, *told], [*faults, *remarks]
@@ -273,6 +283,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for r, why in exchanged_rows(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}).items():
             _append(reasons, r, why)
             good[r] = False
+        unsigned, faults = counted_below_zero(
+            sheet, columns, cells, {q: np.where(good, v, np.nan) for q, v in values.items()}, decimals
+        )
+        for quantity, below in unsigned.items():
+            for r, why in below.items():
+                _append(reasons, r, why)
+                values[quantity][r] = np.nan
         smooth = {q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}
         for c in (c for c in columns if c.quantity in smooth and c.quantity != "displacement"):
             rounded |= {c: parts} if (parts := rounded_rows(smooth[c.quantity] / c.factor)) else {}
@@ -372,6 +389,17 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         conventions=conventions(sheet, values),
         written=MappingProxyType({c.quantity: values[c.quantity] / c.factor for c in columns if c.quantity in _CHANNELS}),
     )
+
+
+def _against_a_tick(sheet: Sheet, index: int, factor: float) -> list[str]:
+    """What to say of counts of a clock that are read in another unit than a line beside the record says one lasts."""
+    tick = None if sheet.unit_written(index) else stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
+    if tick is None or np.isclose(tick.seconds, factor, rtol=1e-3, atol=0.0):
+        return []
+    return [
+        f'one count of "{sheet.names[index]}" is read as {factor:.4g} s, as asked, though line {tick.line} says '
+        f'"{tick.shown}": if one count lasts that, --units {in_shell("time=" + tick.unit)}'
+    ]
 
 
 def _typed(sheet: Sheet, n_column: int) -> Notation | None:

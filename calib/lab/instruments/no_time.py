@@ -12,6 +12,7 @@ from calib.errors import in_shell
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.ticks import Tick, as_written, stated_tick
 from calib.lab.instruments.times import gone_on, unit_of_numbers
 from calib.lab.instruments.unit_choice import counted_unit
 from calib.lab.instruments.units import asked_factor, is_unit_of
@@ -52,6 +53,8 @@ _LIKE_A_TIME = re.compile(
 )
 # Of so many rows at least, nearly all steps of a column that may be a time go up; cells that show whether it holds clocks.
 _FEWEST, _UP, _SEEN = 5, 0.98, 50
+# Of the steps of a column that counts the rows so many are one, where some were lost.
+_COUNTS = 0.7
 
 
 def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str]) -> str:
@@ -91,6 +94,13 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
             # Whole numbers may be counts that last anything: no unit is put into anybody's mouth.
             rising = index, own or unit_of_numbers(float(values[0])) or ("s" if np.any(values % 1) else "")
             falls = _where_it_falls(sheet, index)
+    tick = stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
+    if rising is not None and not rising[1] and not falls and (lasts := tick or _of_gaps(sheet, rising[0])) is not None:
+        asked = f"{_asked(sheet, rising[0])} --units {in_shell(f'time={lasts.unit}')}"
+        return (
+            f'{_NO_TIME}"{_name(sheet, rising[0])}" rises from row to row as one does, and line {lasts.line} says '
+            f'"{lasts.shown}": {asked} reads the time from both'
+        )
     if rising is not None:
         unit = f"--units {in_shell(f'time={rising[1]}')}" if rising[1] else _ITS_UNIT
         name, asked = _name(sheet, rising[0]), f"{_asked(sheet, rising[0])} {unit}"
@@ -104,6 +114,11 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     if counter is None:
         return ""
     name, stated = _name(sheet, counter), _stated_step(sheet)
+    if stated is None and tick is not None:
+        stated = (
+            tick.line,
+            tick.unit.removesuffix(" s") if tick.unit.endswith(" s") else as_written(Decimal(repr(tick.seconds))),
+        )
     if stated is None:
         asked = f'{_asked(sheet, counter)} --units "time=... s", the seconds that one count lasts'
         return f'{_NO_TIME}"{name}" counts the rows: if it is to be the time, {asked}'
@@ -121,6 +136,16 @@ def counted_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     sheet, used, unread : as of `note_on_time`.
     """
     return note_on_time(sheet, used, unread).removeprefix(_NO_TIME)
+
+
+def _of_gaps(sheet: Sheet, index: int) -> Tick | None:
+    """What one count lasts of a column that counts the rows, but for some that were lost, by a line that says how often."""
+    steps = np.diff(_numbers(sheet, index))
+    stated = _stated_step(sheet)
+    if stated is None or not np.all(steps % 1 == 0) or np.mean(steps == 1) < _COUNTS:
+        return None
+    line, step = stated
+    return Tick(float(step), f"{step} s", line, sheet.prelude[line - 1].strip()[:60])
 
 
 def _seem_times(cells: Sequence[str]) -> bool:
@@ -165,11 +190,7 @@ def _stated_step(sheet: Sheet) -> tuple[int, str] | None:
         before = _UNIT_BEFORE.search(match["between"])
         unit = match["unit"] or (before["unit"] if before is not None else "")
         if unit.lower() in _PER_SECOND:
-            return line, _written(1 / (number * (1000 if unit.lower().startswith("k") else 1)))
+            return line, as_written(1 / (number * (1000 if unit.lower().startswith("k") else 1)))
         if unit and is_unit_of(unit, "time") and not re.search(r"total|duration|dauer", text, re.IGNORECASE):
-            return line, _written(number * Decimal(repr(asked_factor(unit, "time"))))
+            return line, as_written(number * Decimal(repr(asked_factor(unit, "time"))))
     return None
-
-
-def _written(step: Decimal) -> str:
-    return f"{step.normalize():f}" if step == round(step, 9) else f"{float(step):.9g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -25,6 +26,7 @@ _LOST = 3
 _UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _PRESS = ("displacement", "force")
+_TIME_WORDS = ("time", "t", "zeit", "clock", "timer", "temps", "tiempo", "tempo", "tijd", "czas", "tid")
 
 
 def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
@@ -100,32 +102,57 @@ def second_clock(
     reading : what the user says of the file.
     """
     said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
-    of_two = "capacitance" in values and bool({"force", "displacement"} & set(values))
-    if "time" not in values or not of_two or "capacitance" in said or said >= {"force", "displacement"}:
+    merged = "capacitance" in values and bool({"force", "displacement"} & set(values))
+    if not merged or "capacitance" in said or said >= {"force", "displacement"}:
         return []
-    own = values["time"]
-    for index, name in enumerate(sheet.names):
-        unit, why = sheet.unit_written(index), unread.get(index, "not understood")
-        beside_taken = why == f'"{sheet.names[places["time"]]}" is taken' and (
-            not sheet.plain_heading(index).quantity or _sides(places, index) != ""
-        )
-        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
+    clocks = _may_be_clocks(sheet, places, unread)
+    if "time" not in values:
+        # None of several is known by its name: the first stands for the time.
+        first = next(iter(clocks), -1)
+        places, own = {**places, "time": first}, clocks.pop(first, np.zeros(0))
+    else:
+        own = values["time"]
+    for index, other in clocks.items():
+        spans = [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
+        of_two = _parts_instruments(places, index) or _of_two_instruments(sheet, places["time"], index)
+        nearly = _PASTED if of_two else _NEARLY
+        if not nearly * spans[0] < spans[1] < spans[0] / nearly or difference(own, other)[0] == "same":
             continue
-        named = sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
-        if not is_unit_of(unit, "time") if unit else not named:
-            continue
-        (other,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
-        steps, spans = np.diff(other), [float(np.ptp(v[np.isfinite(v)])) if np.isfinite(v).any() else 0.0 for v in (own, other)]
-        nearly = _PASTED if _parts_instruments(places, index) else _NEARLY
-        if np.any(steps < 0) or np.mean(steps > 0) < _MOVES or not nearly * spans[0] < spans[1] < spans[0] / nearly:
-            continue
-        if difference(own, other)[0] == "same":
-            continue
-        taken = sheet.names[places["time"]]
+        taken, name = (sheet.names[i] for i in (places["time"], index))
         advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
+
+
+def _of_two_instruments(sheet: Sheet, one: int, other: int) -> bool:
+    """Whether two names are a word for time with one word each that is another: "Time_MTS (s)", "Time_FDC (s)"."""
+    parts = [
+        [word for word in re.split(r"[\s_.-]+", re.split(r"[(\[/]", sheet.names[i])[0].lower()) if word] for i in (one, other)
+    ]
+    parts = [of[:-1] if len(of) > 2 and is_unit_of(of[-1], "time") else of for of in parts]
+    if any(len(of) != 2 for of in parts):
+        return False
+    return any(parts[0][k] == parts[1][k] in _TIME_WORDS and parts[0][1 - k] != parts[1][1 - k] for k in (0, 1))
+
+
+def _may_be_clocks(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str]) -> dict[int, FloatArray]:
+    """The columns that are not read and may be times by unit or name, as they go up from row to row: index -> seconds."""
+    found = {}
+    for index in range(len(sheet.names)):
+        unit, why = sheet.unit_written(index), unread.get(index, "not understood")
+        beside_taken = "time" in places and why == f'"{sheet.names[places["time"]]}" is taken'
+        beside_taken &= not sheet.plain_heading(index).quantity or ("time" in places and _sides(places, index) != "")
+        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
+            continue
+        named = "time" in places and sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
+        if not is_unit_of(unit, "time") if unit else not named:
+            continue
+        (seconds,) = readings([sheet.columns[index]], [lab_factor(unit, "time") if unit else 1.0], sheet.declared_decimal)
+        steps = np.diff(seconds)
+        if not np.any(steps < 0) and np.mean(steps > 0) >= _MOVES:
+            found[index] = seconds
+    return found
 
 
 def _without_distrusted(sheet: Sheet) -> Sheet:

@@ -502,14 +502,17 @@ def _at_ends(values: FloatArray) -> dict[int, float]:
     found: dict[int, float] = {}
     if y.size < 2 * _BESIDE + _RUN:
         return found
-    for length in range(1, _RUN + 1):
-        for ends, rest, of in ((y[:length], y[length:], rows[:length]), (y[-length:], y[:-length], rows[-length:])):
-            low, high = float(np.min(rest)), float(np.max(rest))
-            beyond = np.maximum(low - ends, ends - high)
-            # Noise is looked for only where it could matter: of a million readings it takes its time.
-            if np.all(beyond > _RANGES * (high - low)) and np.all(beyond > _NOISES * noise_of(rest)):
-                near = float(rest[0] if of[0] == rows[0] else rest[-1])
-                found.update((int(r), near) for r in of)
+    lengths = [(a, b) for a in range(_RUN + 1) for b in range(_RUN + 1) if a + b]
+    # Of both ends only together: each alone would be held against the other.
+    for first, last in sorted(lengths, key=lambda ends: (min(ends) > 0, sum(ends))):
+        behind = y.size - last
+        ends, rest = np.concatenate([y[:first], y[behind:]]), y[first:behind]
+        low, high = float(np.min(rest)), float(np.max(rest))
+        beyond = np.maximum(low - ends, ends - high)
+        # Noise is looked for only where it could matter: of a million readings it takes its time.
+        if np.all(beyond > _RANGES * (high - low)) and np.all(beyond > _NOISES * noise_of(rest)):
+            found.update((int(r), float(rest[0])) for r in rows[:first])
+            found.update((int(r), float(rest[-1])) for r in rows[behind:])
     return found
 
 

@@ -51,6 +51,12 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
     return None
 
 
+def date_in(text: str) -> datetime | None:
+    """The first date of a text; None without one, or where day and month cannot be told apart."""
+    match = _DATE.search(text)
+    return _date(match) if match is not None else None
+
+
 def _date(match: re.Match[str]) -> datetime | None:
     a, b, c = int(match["a"]), int(match["b"]), int(match["c"])
     if len(match["a"]) == 4:

@@ -35,7 +35,7 @@ _RANGE_WORD = re.compile(r"(?:range|bereich)$", re.IGNORECASE)
 _BY = re.compile(
     r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|scaled|skaliert|amplified|verstärkt|"
     r"reduced|increased|times)\b(?P<what>[^\d]*?)"
-    rf"(?:\b(?:by|with|mit|durch|um|par|por|per)\s*(?:a\s+)?(?:factor\s+(?:of\s+)?)?)(?P<number>{_NUMBER})(?![\w.,]*\d)",
+    rf"(?:\b(?:by|with|mit|durch|um|par|por|per)\s*(?:a\s+|the\s+)?(?:(?:calibration\s+)?factor\s+(?:of\s+)?)?)(?P<number>{_NUMBER})(?![\w.,]*\d)",
     re.IGNORECASE,
 )
 # "all forces times 2", "10x too large", "by a factor 10 too high", "at 1/10 scale", "true force = column / 10".
@@ -55,7 +55,15 @@ _PRODUCTS = _OTHERWISE[-2:]
 _NOT_DONE = re.compile(
     r"\b(?:not|never|nicht|non|pas|sin|no)\b(?: (?:yet|been|noch|be|ancora|encore))* (?:correct|divid|appli|compensat|account|"
     r"remov|includ|consider|taken|multipl|scal|convert|korrigi|kompensi|berücksichtig|angew|verrechn|corrig|appliq|compens)\w*|"
-    r"\b(?:uncorrected|unkorrigiert|noch nicht)\b",
+    r"\b(?:uncorrected|unkorrigiert|noch nicht|pending|(?:to|must|should|needs to) be (?:applied|corrected|divided|multiplied)|"
+    r"anzuwenden|zu (?:multiplizieren|verrechnen))\b",
+    re.IGNORECASE,
+)
+# What a factor of the readings is called, too, where it is said to be left to do: by itself it says how they were made.
+_OF_CALIBRATION = re.compile(r"cal(?:ibrat\w*)?\b|kalibrier", re.IGNORECASE)
+_CONSTANT = re.compile(
+    r"\b(?:cal|calibration|correction|conversion|kalibrier|korrektur)[ .-]{0,2}"
+    r"(?:constants?|coefficients?|konstante|koeffizient)\b",
     re.IGNORECASE,
 )
 # "data normalised to maximum", "force normalized": numbers without a unit.
@@ -156,7 +164,7 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 def _factors_of(line: str) -> tuple[str, ...]:
     """Of which quantities a line states a factor, "" for any; none if it states none."""
     told = _BY.search(line)
-    if told is not None and not _is_one(told["number"]) and not OF_OTHERS.search(line[: told.start("number")]):
+    if told is not None and not _is_one(told["number"]) and not _of_others(line[: told.start("number")]):
         return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)
     normalised = _NORMALISED.match(line)
     if normalised is not None:
@@ -164,7 +172,7 @@ def _factors_of(line: str) -> tuple[str, ...]:
         everything = _ALL.search(line) is not None or not normalised["what"].strip()
         return () if _NOT_NORMALISED.search(line) or (of is None and not everything) else (of or "",)
     left = _NOT_DONE.search(line)
-    if left is not None and (scale := _SCALE_WORD.search(line)) is not None and not OF_OTHERS.search(line):
+    if left is not None and (scale := _SCALE_WORD.search(line) or _CONSTANT.search(line)) and not _of_others(line):
         number = re.search(_NUMBER, line[scale.end() :])
         if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(scale[0]) is None:
             rest = line[scale.end() :][number.end() :]
@@ -188,6 +196,11 @@ def _factors_of(line: str) -> tuple[str, ...]:
             return ()
         return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
     return _factors_of_parts(line)
+
+
+def _of_others(text: str) -> bool:
+    """Whether words are of the factor of something else than the readings, that of a calibration aside."""
+    return OF_OTHERS.search(_OF_CALIBRATION.sub("", text)) is not None
 
 
 def _factors_of_parts(line: str) -> tuple[str, ...]:

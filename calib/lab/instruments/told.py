@@ -11,6 +11,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.moments import Moments, moments
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import quantity_of
@@ -23,6 +24,12 @@ _LONGEST = 120
 _AGREE = 3.0
 # How near a factor must come to one between units: of what is met exactly, and of what is only near it, such as a speed.
 _EXACT, _NEAR = 0.015, 0.06
+# The same of a capacitance, which may be that of another part or no more than meant: its units are thousands apart.
+_OF_A_PART = 0.7
+# How far off moments may be, as a share of the time between them, that tell a ratio of units.
+_MOST_SLACK = 0.15
+# By minutes and hours a test may last longer than its record by chance.
+_BY_CHANCE = 0.003
 # Of readings that are rarer than they were taken only some may be kept, unless their times differ by such numbers.
 _LEAST_STEP = 5.0
 # Figures of a number that is none that was chosen.
@@ -62,12 +69,19 @@ _MOST = re.compile(
     r"picco)(?![^\W_])|最大|max(?=[a-z]* ?(?:force|load|kraft))",
     re.I,
 )
+# "C0", "Cnom", "Capacitance", and what a capacitance is beside words such as "nominal", "at rest" and "of the sensor".
 _AT_REST = re.compile(
-    r"(?<![\w/])c[ _]?0(?![\w/.])|(?:initial|baseline|rest(?:ing)?|unloaded|unpressed) capacit|(?:anfangs|"
-    r"grund|ruhe|ausgangs)kapazit|"
-    r"capacité (?:initiale|au repos)|capacidad inicial|capacità iniziale",
+    r"(?<![\w/])c[ _]?(?:0|nom)(?![\w/.])|(?:anfangs|grund|ruhe|ausgangs|leer)-?kapazit|电容|電容|静電容量|"
+    r"^(?:capacitance|capacité|capacidad|capacità|capacitância|capaciteit|kapazität|kapacitet|kapacita|pojemność|[её]мкость)$",
     re.I,
 )
+_OF_REST = re.compile(
+    r"(?<![^\W_])(?:nom(?:inal\w*|inell\w*)?|initial\w*|baseline|(?:at )?rest(?:ing)?|idle|unloaded|unpressed|uncompressed|"
+    r"(?:zero|no|without)[ -]?load|start(?:ing)?|rated|typ(?:ical)?|sensors?|au repos|inicial\w*|iniziale|à vide|unbelastet\w*|"
+    r"expected)(?![^\W_])|(?:nenn|soll)-?(?=kapazit)",
+    re.I,
+)
+_OF_A_CHANGE = re.compile(r"change|delta|[ΔδΔ∆]|änderung|differen|noise|rausch|step|slope|gain|shift|drift|parallel|c/c", re.I)
 _LASTED = re.compile(
     r"duration|dauer|durée|duración|durata|duração|elapsed|(?:test|total|run|prüf|gesamt)[ _-]?(?:time|zeit)\b", re.I
 )
@@ -114,7 +128,7 @@ class Contradicted:
 def told_otherwise(
     sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], decimal: str, reading: Reading
 ) -> Contradicted:
-    """Hold the speed, rate, maxima, capacitance at rest and duration that are told beside a table against its readings.
+    """Hold the speed, rate, maxima, capacitance at rest, duration, start and end told beside a table against its readings.
 
     They need not be of this record, nor of all of it: only what is off by the ratio of two units is refused, and what is off
     by some other large factor is noted. Of several that tell the same, such as two speeds, one that agrees is enough.
@@ -127,6 +141,7 @@ def told_otherwise(
     reading : a unit that is said once more is not doubted.
     """
     lines = dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside)
+    values = {**{IN_PLACE_OF.get(q, q): v for q, v in values.items()}, **values}
     told = [found for number, line in sorted(lines.items()) if (found := _told_in(line, number, decimal)) is not None]
     notes: list[str] = []
     faults: list[Fault] = []
@@ -151,20 +166,51 @@ def told_otherwise(
             continue
         if len(quantities) == 1:
             sure[ways[0][0]] = ways[0][1]
-        column = of[ways[0][0]]
-        right = Choice("units", (unit_in_words(sheet, column.index, column.heading, reading),), ways[0][0])
-        mended = " or ".join(str(Choice("units", (unit,), quantity)) for quantity, unit in ways)
-        faults.append(
-            Fault(
-                f'column "{sheet.names[column.index]}": {said}, as another unit would make it',
-                sheet.text.path,
-                told_first.line,
-                column.index + 1,
-                advice=f"If the line is right, say the unit that the readings are in: {mended}; if the header is: {right}",
-                choice=Choice("units", (ways[0][1],), ways[0][0]),
-            )
-        )
+        faults.append(_fault(sheet, reading, of[ways[0][0]], told_first.line, said, ways))
+    between = moments(lines)
+    if between is not None and "time" in of and "time" in values:
+        note, ways = _lasted_otherwise(between, values["time"], of["time"])
+        sure_of = sure.get("time") == "" or "time" in reading.units or any("time=" in fault.advice for fault in faults)
+        if ways and not sure_of:
+            faults.append(_fault(sheet, reading, of["time"], between.line, note, ways))
+        elif note:
+            notes.append(f"{note}: nothing in the file says which is right")
     return Contradicted(tuple(notes), tuple(faults))
+
+
+def _fault(sheet: Sheet, reading: Reading, column: ReadColumn, line: int, said: str, ways: Sequence[tuple[str, str]]) -> Fault:
+    """The fault of a column whose readings another unit would make what is told."""
+    right = Choice("units", (unit_in_words(sheet, column.index, column.heading, reading),), ways[0][0])
+    mended = " or ".join(str(Choice("units", (unit,), quantity)) for quantity, unit in ways)
+    return Fault(
+        f'column "{sheet.names[column.index]}": {said}, as another unit would make it',
+        sheet.text.path,
+        line,
+        column.index + 1,
+        advice=f"If the line is right, say the unit that the readings are in: {mended}; if the header is: {right}",
+        choice=Choice("units", (ways[0][1],), ways[0][0]),
+    )
+
+
+def _lasted_otherwise(between: Moments, time: FloatArray, column: ReadColumn) -> tuple[str, list[tuple[str, str]]]:
+    """What to say of a record that lasts longer than from its beginning to its end, or is off that by a ratio of units.
+
+    A test may begin long before its record and end long after it: of a shorter one only a ratio of units that is met within
+    what the moments are written to is one.
+    """
+    (lasts, *_) = _lasted({"time": time}) or [0.0]
+    if not lasts or abs(lasts - between.seconds) <= between.slack:
+        return "", []
+    said = f"{between.shown} are {between.seconds:g} s apart, but as it is read the record lasts {lasts:.4g} s"
+    longer = lasts > (1 + _NEAR) * between.seconds + between.slack
+    ways = []
+    for unit in _UNITS["time"] if not column.clock else ():
+        by = lab_factor(unit, "time") / column.factor
+        off = abs(between.seconds - by * lasts)
+        near, most = (_NEAR, _MOST_SLACK) if round(math.log10(by), 9) % 1 == 0 else (_BY_CHANCE, _BY_CHANCE)
+        if by != 1 and off <= max(near * between.seconds, between.slack) <= most * between.seconds:
+            ways.append(("time", unit))
+    return (said if longer or ways else ""), ways
 
 
 def _ratio(a: float, b: float) -> float:
@@ -213,7 +259,7 @@ def _may_be_chosen(told: _Told, measured: Sequence[float]) -> bool:
 
 def _told_in(line: str, number: int, decimal: str) -> _Told | None:
     """What a line tells, None if nothing that can be held against readings."""
-    if len(line) > _LONGEST or not any(map(str.isdigit, line)) or _OTHERWISE.search(line):
+    if len(line) > _LONGEST or not any(map(str.isdigit, line)):
         return None
     text = line.strip().lstrip("#%* \"'\ufeff").strip()
     match = next((m for pattern in _TOLD if (m := pattern.match(text)) is not None), None)
@@ -222,10 +268,13 @@ def _told_in(line: str, number: int, decimal: str) -> _Told | None:
     name, written = match["name"].strip(" \"'"), match["number"]
     inside = _UNIT_IN_NAME.fullmatch(name)
     unit = match["unit"] or ""
-    if inside is not None and _kind_of(inside["name"], inside["inside"] or inside["behind"]) is not None:
+    if inside is not None and _kind_of(inside["name"], inside["inside"] or inside["behind"], line) is not None:
         name, unit = inside["name"], inside["inside"] or inside["behind"]
-    found = _kind_of(name, unit.strip(" .()[]"))
-    if found is None or (decimal != "," and re.fullmatch(r"[+-]?\d{1,3},\d{3}", written)):
+    found = _kind_of(name, unit.strip(" .()[]"), line)
+    # Of a capacitance "nominal" and "of the sensor" say nothing else.
+    if found is None or _OTHERWISE.search(_OF_REST.sub("", line) if found[0] == "capacitance" else line):
+        return None
+    if decimal != "," and re.fullmatch(r"[+-]?\d{1,3},\d{3}", written):
         return None
     if decimal == "," and re.fullmatch(r"[+-]?\d{1,3}\.\d{3}", written):
         return None
@@ -253,8 +302,8 @@ def _as_shown(unit: str, size: float) -> tuple[str, float]:
     return ("s", 1.0) if unit == "Hz" else (unit, size)
 
 
-def _kind_of(name: str, unit: str) -> tuple[str, str, float] | None:
-    """What a name and a unit tell, with the unit as it is shown and its size in SI."""
+def _kind_of(name: str, unit: str, line: str) -> tuple[str, str, float] | None:
+    """What a name and a unit tell in a line, with the unit as it is shown and its size in SI."""
     often, moving = _OFTEN.fullmatch(unit), _BY_TIME.fullmatch(unit)
     if often is not None and (_SAMPLED.search(name) or (_RATE.search(name) and unit.startswith(("/", "S/")))):
         return "interval", "Hz", {"": 1.0, "k": 1e3, "M": 1e6}[often["thousand"]]
@@ -267,7 +316,8 @@ def _kind_of(name: str, unit: str) -> tuple[str, str, float] | None:
         kind = "interval" if sampled or name.lower() == "interval" else "duration" if _LASTED.search(name) else ""
         return (kind, unit, lab_factor(unit, "time")) if kind else None
     if is_unit_of(unit, "capacitance"):
-        return ("capacitance", unit, lab_factor(unit, "capacitance")) if _AT_REST.search(name) else None
+        at_rest = (_AT_REST.search(name) or _OF_REST.search(line)) and not _OF_A_CHANGE.search(line)
+        return ("capacitance", unit, lab_factor(unit, "capacitance")) if at_rest else None
     for quantity in ("force", "displacement"):
         if is_unit_of(unit, quantity) and (most := _MOST.search(name)):
             rest = f"{name[: most.start()]} {name[most.end() :]}".strip()
@@ -335,7 +385,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[Mapping[str, FloatArray]],
     "interval": (("time",), _intervals, _NEAR),
     "force": (("force",), _largest("force"), _EXACT),
     "displacement": (("displacement",), _largest("displacement"), _EXACT),
-    "capacitance": (("capacitance",), _first, 2 * _NEAR),
+    "capacitance": (("capacitance",), _first, _OF_A_PART),
     "duration": (("time",), _lasted, _NEAR),
     "speed": (("displacement", "time"), _speeds, _NEAR),
 }

@@ -301,3 +301,73 @@ def test_a_header_that_says_other_units_than_the_comment_above_it_is_asked_about
     header = "# Columns: Time (s),Depth (mm),Force (N)\n# CC BY\nTime (s),Depth (mm),Force (mN)"
     with pytest.raises(InputError):
         read(tmp_path, header, TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Zeit [s],s_Kugel [mm],F_Kugel [N],C_Sensor [pF]",
+        "Time (s),u_ball (mm),F_ball (N),C_sensor (pF)",
+        "Time (s),z_robot (mm),F_robot (N),Cp (pF)",
+        "Time (s),w_plunger_mm,P_plunger_N,Cp_pF",
+        "Time (s),s-Stempel/mm,F-Stempel/N,Cp (pF)",
+        "Time (s),z ball tip (mm),F ball tip (N),Cp (pF)",
+    ],
+)
+@pytest.mark.parametrize("capacitance", [True, False])
+def test_a_letter_of_formulas_before_a_word_is_its_quantity_with_a_note(
+    tmp_path: Path, header: str, *, capacitance: bool
+) -> None:
+    columns = (TIME, DEPTH, FORCE, CAPACITANCE)[: 4 if capacitance else 3]
+    table = read(tmp_path, header if capacitance else header.rpartition(",")[0], *columns)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert sum("the only column in" in note for note in table.notes) == 2
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "d_ball (mm)",
+        "h_ball (mm)",
+        "x_robot (mm)",
+        "r_ball (mm)",
+        "u_err (mm)",
+        "s_lateral (mm)",
+        "z_ref (mm)",
+        "u_ball (m)",
+    ],
+)
+def test_a_size_of_a_ball_or_another_axis_is_no_place(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, f"Time (s),{name},F_ball (N),z_two (mm)", TIME, DEPTH, FORCE, DEPTH[::-1])
+
+
+@pytest.mark.parametrize("name", ["F_friction (N)", "F_tang (N)", "F_max (N)", "F_soll (N)", "F_norm (N)"])
+def test_another_force_behind_a_letter_is_not_taken(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no force column"):
+        read(tmp_path, f"Time (s),u_ball (mm),{name}", TIME, DEPTH, FORCE)
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ("Time (s),WA/10 Displacement [mm],U9C Force [N],Cp (pF)", ['--columns "displacement=WA/10 Displacement [mm]"']),
+        ("t (s),x2b (mm),U9x (N),Cp (pF)", ['--columns "displacement=x2b (mm)"', '--columns "force=U9x (N)"']),
+        ("t (s),z,F,Cp (pF)", ["--columns displacement=z --units displacement=...", "--columns force=F --units force=..."]),
+    ],
+)
+def test_a_capacitance_read_without_the_press_beside_it_says_by_which_options_that_is_read(
+    tmp_path: Path, header: str, said: list[str]
+) -> None:
+    table = read(tmp_path, header, TIME, DEPTH, FORCE, CAPACITANCE)
+    told = [note for note in table.notes if " is read; " in note]
+    assert [note.partition("as it was measured, ")[2] for note in told] == said
+
+
+@pytest.mark.parametrize(
+    "header", ["Time (s),Cp (pF),x2b (mm)", "Time (s),Cp (pF),Temperature (C)", "Time (s),Cp (pF),Bias (V)"]
+)
+def test_of_a_column_that_stands_still_or_is_in_another_unit_nothing_is_said(tmp_path: Path, header: str) -> None:
+    table = read(tmp_path, header, TIME, CAPACITANCE, np.full(N, 3.0) if "mm" in header else FORCE)
+    assert not any(" is read; " in note for note in table.notes)

@@ -89,3 +89,61 @@ def test_a_count_whose_name_says_how_long_one_lasts_is_offered_in_that_unit(
     assert not any("though" in n for n in table.notes)
     other = read_lab_file(path, Reading(columns={"time": name}, units={"time": "min"}))
     assert f'"{name}" is read in min as asked, though the file says {unit}' in other.notes
+
+
+def pressed(tmp_path: Path, line: str, name: str, counts: list[int]) -> Path:
+    rows = (f"{k},{x:.4f},{2 * x**1.5:.4f}" for k, x in zip(counts, PRESS, strict=True))
+    return written(tmp_path, [line, f"{name},Extension (mm),Load (N)", *rows])
+
+
+@pytest.mark.parametrize(
+    ("line", "unit", "seconds"),
+    [
+        ("Tick = 0.5 ms", "0.5 ms", 5e-4),
+        ("1 tick = 0.5 ms", "0.5 ms", 5e-4),
+        ("# Tick (ms): 0.5", "0.5 ms", 5e-4),
+        ("Clock frequency: 2000 Hz", "0.0005 s", 5e-4),
+        ("Timer rate;2;kHz", "0.0005 s", 5e-4),
+        ("2000 ticks/s", "0.0005 s", 5e-4),
+        ("Ticks per second: 2000", "0.0005 s", 5e-4),
+        ("Counter resolution: 100 us", "100 us", 1e-4),
+        ("Zählertakt: 10 kHz", "0.0001 s", 1e-4),
+        ("# camera frame rate: 20 fps", "0.05 s", 0.05),
+    ],
+)
+@pytest.mark.parametrize("name", ["Ticks", "Counter", "Frame"])
+def test_counts_of_a_clock_are_offered_in_what_the_file_says_one_lasts(
+    tmp_path: Path, line: str, unit: str, seconds: float, name: str
+) -> None:
+    path = pressed(tmp_path, line, name, [200 * i for i in range(N)])
+    note = next(n for n in read_lab_file(path).notes if n.startswith("no time is read"))
+    assert note.endswith(f'--columns time={name} --units "time={unit}" reads the time from both')
+    table = read_lab_file(path, Reading(columns={"time": name}, units={"time": unit}))
+    assert table.columns["time"] == pytest.approx((200 * seconds * np.arange(N)).tolist())
+    assert not any("though line" in n for n in table.notes)
+    other = read_lab_file(path, Reading(columns={"time": name}, units={"time": "s"}))
+    assert any(f'one count of "{name}" is read as 1 s, as asked, though line 1 says' in n for n in other.notes)
+
+
+@pytest.mark.parametrize("line", ["Timer: 20 s", "Count: 161", "Clock: 14:05:07", "Hold time 5 s", "Counts 500", "Frame 12 mm"])
+def test_what_is_no_tick_leaves_the_unit_of_counts_open(tmp_path: Path, line: str) -> None:
+    path = pressed(tmp_path, line, "Ticks", [200 * i for i in range(N)])
+    note = next(n for n in read_lab_file(path).notes if n.startswith("no time is read"))
+    assert "--units time=..., s or what one count lasts" in note
+    table = read_lab_file(path, Reading(columns={"time": "Ticks"}, units={"time": "s"}))
+    assert not any("though line" in n for n in table.notes)
+
+
+@pytest.mark.parametrize(("line", "step"), [("Sample interval (s),0.25", 0.25), ("Interval: 100 ms", 0.1)])
+@pytest.mark.parametrize("name", ["No.", "Sample"])
+def test_an_index_with_rows_that_were_lost_is_offered_with_the_stated_interval(
+    tmp_path: Path, line: str, step: float, name: str
+) -> None:
+    counts = [k for k in range(N + 3) if k not in (7, 20, 41)]
+    path = pressed(tmp_path, line, name, counts)
+    note = next(n for n in read_lab_file(path).notes if n.startswith("no time is read"))
+    assert note.endswith(f'--columns time={name} --units "time={step:g} s" reads the time from both')
+    table = read_lab_file(path, Reading(columns={"time": name}, units={"time": f"{step:g} s"}))
+    assert table.columns["time"] == pytest.approx((step * np.array(counts)).tolist())
+    wrong = read_lab_file(path, Reading(columns={"time": name}, units={"time": "s"}))
+    assert any("but as it is read the readings follow each other after" in n for n in wrong.notes)

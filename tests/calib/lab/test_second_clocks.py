@@ -258,3 +258,55 @@ def test_the_clock_of_the_meter_is_not_taken_for_the_press_beside_one_of_a_teste
 ) -> None:
     with pytest.raises(InputError, match="may be a time of its own beside"):
         read(tmp_path, press, "Time_LCR (s)", clock)
+
+
+@pytest.mark.parametrize(
+    ("press", "meter"),
+    [
+        ("Time_MTS (s)", "Time_FDC (s)"),
+        ("Time_MTS (s)", "Time_E4980A (s)"),
+        ("Zeit_Zwick [s]", "Zeit_FDC [s]"),
+        ("MTS clock (s)", "FDC clock (ms)"),
+    ],
+)
+@pytest.mark.parametrize(
+    "clock", [lambda t: 2.5 * t, lambda t: t + 1.37, lambda t: 0.4 * t], ids=["slower", "begun later", "faster"]
+)
+@pytest.mark.parametrize("said", [{}, {"time": "none"}], ids=["as found", "without a time"])
+def test_of_two_clocks_that_are_both_of_unknown_names_one_is_asked_for(
+    tmp_path: Path, press: str, meter: str, clock: Callable[[float], float], said: dict[str, str]
+) -> None:
+    def as_written(t: float) -> float:
+        return clock(t) * (1000 if "(ms)" in meter else 1)
+
+    with pytest.raises(InputError, match="may be a time of its own beside") as raised:
+        read(tmp_path, press, meter, as_written, Reading(columns=said))
+    assert f'--columns "time={press}" --columns capacitance=none or --columns "time={meter}"' in str(raised.value)
+    table = read(tmp_path, press, meter, as_written, Reading(columns={"time": press, "capacitance": "none"}))
+    assert table.columns["time"][[0, 10]] == pytest.approx([0.0, 1.0])
+    of_meter = Reading(columns={"time": meter, "displacement": "none", "force": "none"})
+    assert read(tmp_path, press, meter, as_written, of_meter).columns["time"][10] == pytest.approx(clock(1.0))
+
+
+def test_two_columns_of_unknown_names_that_are_one_clock_are_none_of_two(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time_MTS (s)", "Time_FDC (s)", lambda t: t)
+    assert {"displacement", "force", "capacitance"} <= set(table.columns)
+    assert any(note.startswith('no time is read; "Time_MTS (s)" rises') for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "pair", [("Time_MTS (s)", "Time_FDC (s)"), ("Time_Instron (s)", "Time_Hioki (s)"), ("t_TA_s", "t_LCR_s")]
+)
+@pytest.mark.parametrize("order", ["{0};{1};{2}", "{0};{2};{1}"], ids=["both in front", "one in front, one behind"])
+def test_two_clocks_that_stand_anywhere_are_asked_about_by_their_names_alone(
+    tmp_path: Path, pair: tuple[str, str], order: str
+) -> None:
+    rows = [order.format(*pair, "disp (mm);force (N);Cp (pF)")]
+    for i in range(N):
+        x = 0.01 * min(i, N - 1 - i)
+        load = 1.5 * max(0.0, x - 0.05) ** 1.5
+        rows.append(order.format(f"{0.1 * i:.2f}", f"{0.25 * i:.2f}", f"{x:.4f};{load:.4f};{98 + load:.4f}"))
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(rows) + "\n")
+    with pytest.raises(InputError, match="may be a time of its own beside"):
+        read_lab_file(path)

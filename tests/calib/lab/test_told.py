@@ -62,6 +62,81 @@ def test_what_another_unit_explains_is_refused_with_the_unit_that_settles_it(
     assert not any("as it is read" in note for note in table.notes)
 
 
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Nominal capacitance: 97.3 pF",
+        "Nominal capacitance: 80 pF",
+        "Nennkapazität: 97,3 pF",
+        "C_nom;97.3;pF",
+        "Sensor: 97.3 pF (nominal)",
+        "Unloaded capacitance,97.3,pF",
+        "Zero-load capacitance = 97.3 pF",
+        "Capacitance at rest [pF]: 97.3",
+        "Kapazität unbelastet: 97 pF",
+        "Sensor capacitance 97.3 pF",
+        "Kapazität: 97 pF",
+    ],
+)
+@pytest.mark.parametrize("column", ["Capacitance (nF)", "Cp (nF)"])
+def test_a_capacitance_that_is_a_thousand_times_the_nominal_one_is_refused(tmp_path: Path, above: str, column: str) -> None:
+    with pytest.raises(calib.InputError) as error:
+        told(tmp_path, above, header=PLAIN.replace("Capacitance (pF)", column))
+    (fault,) = error.value.faults
+    assert "stands in line 1, but as it is read the readings begin at" in fault.message
+    assert "--units capacitance=pF" in fault.advice
+
+
+@pytest.mark.parametrize(
+    ("began", "ended"),
+    [
+        ("Start: 26.11.2026 14:05:07", "End: 26.11.2026 14:05:19"),
+        ("Beginn der Messung;14:05:07", "Ende der Messung;14:05:19"),
+        ("Test started at 2026-11-26T23:59:55.0", "Test finished at 2026-11-27T00:00:06.9"),
+        ("StartTime,2:05:07 PM", "EndTime,2:05:19 PM"),
+        ("Prüfbeginn: 26 Nov 2026 14:05:07", "Prüfende: 26 Nov 2026 14:05:19"),
+        ("Début : 14:05:07", "Fin : 14:05:19"),
+        ("Start 14:05:07, Stop 14:05:19", ""),
+    ],
+)
+def test_a_clock_a_thousand_times_off_the_start_and_end_of_the_test_is_refused(tmp_path: Path, began: str, ended: str) -> None:
+    with pytest.raises(calib.InputError) as error:
+        told(tmp_path, began, ended, header=PLAIN.replace("Time (s)", "Elapsed (ms)"))
+    (fault,) = error.value.faults
+    assert "s apart, but as it is read the record lasts 0.0119 s" in fault.message
+    assert "--units time=s" in fault.advice
+    table = told(tmp_path, began, ended, header=PLAIN.replace("Time (s)", "Elapsed (ms)"), units={"time": "s"})
+    assert np.nanmax(table.columns["time"]) == pytest.approx(11.9)
+    assert not any("as it is read" in note for note in table.notes)
+
+
+def test_a_record_that_lasts_longer_than_from_its_start_to_its_end_is_noted(tmp_path: Path) -> None:
+    table = told(tmp_path, "Start: 14:05:07", "End: 14:05:11")
+    (note,) = [note for note in table.notes if "as it is read" in note]
+    assert '"Start: 14:05:07" in line 1 and "End: 14:05:11" in line 2 are 4 s apart' in note
+
+
+@pytest.mark.parametrize(
+    ("began", "ended"),
+    [
+        ("Start: 14:05:07", "End: 14:05:19"),
+        ("Start: 14:05:07", "End: 14:45:00"),
+        ("Start: 14:05", "End: 14:05"),
+        ("Start: 14:05:07", "End: 14:17:04"),
+        ("Start: 14:05", "End: 14:17"),
+        ("Session start: 14:05:07", "Session end: 14:05:09"),
+        ("Start: 14:05:07", "Hold end: 14:05:10"),
+        ("Start: 26.11.2026 14:05:07", "End: 14:05:10"),
+        ("Start of test: 26.11.2026 14:05:07", "Printed: 26.11.2026 14:05:08"),
+        ("Start: 14:05:07", "Start: 14:05:08"),
+    ],
+)
+def test_a_start_and_an_end_that_may_be_those_of_more_than_the_record_contradict_nothing(
+    tmp_path: Path, began: str, ended: str
+) -> None:
+    assert not any("as it is read" in note for note in told(tmp_path, began, ended).notes)
+
+
 def test_a_header_that_is_said_once_more_is_read_with_a_note(tmp_path: Path) -> None:
     table = told(tmp_path, "C0 = 97.107 nF", units={"capacitance": "pF"})
     assert any('"C0 = 97.107 nF" stands in line 1, but as it is read the readings begin at 0.0971' in n for n in table.notes)
@@ -109,6 +184,12 @@ def test_what_no_unit_explains_is_noted_with_both_numbers(tmp_path: Path, above:
         "Force rate: 1 N/s",
         "Max temperature: 25",
         "C0 = 97 pF",
+        "Nominal capacitance: 120 pF",
+        "Nominal cable capacitance: 30 nF",
+        "Reference capacitance: 100 nF",
+        "Capacitance range: 200 nF",
+        "Sensor capacitance change: 2 nF",
+        "Parallel capacitance: 97 nF",
         "Max load, 3,414 mN",
     ],
 )
@@ -219,3 +300,38 @@ def test_a_negative_capacitance_may_be_left_out_where_a_press_is_left(tmp_path: 
     said = refused_with(tmp_path / "lab.csv", header, rows)
     assert "which no capacitance is" in said
     assert ("--columns capacitance=none" in said) == offered
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "# AD7746 CAPDAC = 93.5 pF, shown: Cin - CAPDAC",
+        "Offset: 93.5 pF",
+        "Stray capacitance of 3.2 pF subtracted",
+        "Kabelkapazität 12 pF abgezogen",
+        "Reference (pF): 90.0, to be added",
+        "C_offset,12.5,pF",
+        "Cable 12 pF removed",
+    ],
+)
+@pytest.mark.parametrize("name", ["Capacitance (pF)", "Cp (pF)"])
+def test_an_offset_that_the_file_says_was_taken_off_a_capacitance_is_noted(tmp_path: Path, above: str, name: str) -> None:
+    table = told(tmp_path, above, header=PLAIN.replace("Capacitance (pF)", name))
+    (note,) = [note for note in table.notes if "with nothing added or taken off" in note]
+    assert note.startswith("line 1 says")
+    assert np.nanmax(table.columns["capacitance"]) == pytest.approx(98.7e-12, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Offset: 0.5 N",
+        "Stray capacitance: 3 pF",
+        "C0 = 97 pF",
+        "Cell offset subtracted",
+        "Range 200 pF",
+        "Operator: C-Cure, 5 mm",
+    ],
+)
+def test_what_takes_no_capacitance_off_is_no_offset_of_one(tmp_path: Path, above: str) -> None:
+    assert not any("with nothing added or taken off" in note for note in told(tmp_path, above).notes)

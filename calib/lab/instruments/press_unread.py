@@ -1,0 +1,71 @@
+"""From a record without a force or a place to the notes on columns that may be one, and the options by which they are read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from calib.errors import Choice
+from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import is_mass, is_unit_of
+from calib.lab.instruments.vocabulary import FUNCTION
+
+# So many different numbers at least has what moves.
+_FEWEST = 5
+_UNKNOWN = ("not understood", "two units", "a letter without a unit")
+_LETTERS = {"displacement": "szuwxdh", "force": "fp"}
+# What was made of readings, or of how they scatter: "|Force|", "-Force", "Force + 2", "ln Force", "Force IQR".
+_MADE = re.compile(r"^\s*[-\u2212|]|[|+*^√²³=>]|(?<![^\W_])(?:abs|iqr|sem|cv)(?![^\W_])", re.IGNORECASE)
+
+
+def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str]) -> list[str]:
+    """Say of a capacitance that is read without force or place which columns that are not read may be these.
+
+    They move, and are in a unit of the quantity, or called by a letter for it without a unit.
+
+    Parameters
+    ----------
+    sheet : the record.
+    read : the quantities that are read, and those that the user named.
+    unread : index -> why a column is not read.
+    """
+    notes = []
+    for quantity in ("displacement", "force") if {"capacitance", "capacitance_series"} & set(read) else ():
+        if quantity in read:
+            continue
+        found = [i for i in range(len(sheet.names)) if _may_be(sheet, i, quantity, unread.get(i, "")) and _moves(sheet, i)]
+        if not found:
+            continue
+        names = " and ".join(f'"{sheet.names[i]}"' for i in found)
+        asked = " or ".join(str(Choice("columns", (sheet.name_for_asking(i),), quantity)) for i in found)
+        without_unit = not all(sheet.unit_written(i) for i in found)
+        unit = f" --units {quantity}=..." if without_unit else ""
+        move = "move" if len(found) > 1 else "moves"
+        notes.append(
+            f"no {quantity} is read; {names} {move} and may be one: if it is the {quantity} as it was measured, {asked}{unit}"
+        )
+    return notes
+
+
+def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
+    """Whether a column that is not understood is in a unit of a quantity, or called by a letter for it alone."""
+    name = sheet.names[index]
+    if not why.startswith(_UNKNOWN) or index in sheet.set_aside:
+        return False
+    if _MADE.search(name) or FUNCTION.search(name) or is_of_another(name, quantity):
+        return False
+    unit = sheet.unit_written(index)
+    if unit:
+        return is_unit_of(unit, quantity) and not is_mass(unit)
+    return name.lower() in tuple(_LETTERS[quantity])
+
+
+def _moves(sheet: Sheet, index: int) -> bool:
+    values = to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
+    if not np.any(np.isfinite(values)):
+        values = to_numbers([c.strip() for c in sheet.columns[index]], ",").values
+    return np.unique(values[np.isfinite(values)]).size >= _FEWEST
