@@ -71,6 +71,8 @@ _FACTOR = re.compile(
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
+# The ratio of an amplifier, a divider or a lever: "1:10", "Übersetzung 1:5", "lever 2:1".
+_RATIO = re.compile(r"(?<![\w.:/])(?!(\d+)\s?:\s?\1(?!\d))[1-9]\d*\s?:\s?[1-9]\d*(?![\w.:/])")
 # The same before a name; "2 Load" is a channel, "10 N cell" a cell of that reach.
 _LEADING = re.compile(
     r"\s*(?:(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])|(?!1\s*[x×*·])\d+(?:[.,]\d+)?(?:e[+-]?\d+|\s?(?:\^|\*\*)\s?[+-]?\d+)?"
@@ -360,12 +362,14 @@ def says_sense(text: str) -> int:
 
 
 def is_factor(text: str) -> bool:
-    """Whether a bracket is a factor: x10, 1e-1, *10^3.
+    """Whether a bracket is a factor, or states a ratio: x10, 1e-1, *10^3, 1:10.
 
     >>> is_factor("x10"), is_factor("1e-1"), is_factor("10^-3"), is_factor("N")
     (True, True, True, False)
+    >>> is_factor("1:10"), is_factor("lever 2 : 1"), is_factor("1:1"), is_factor("Dev1:2"), is_factor("Linear:Digital Position")
+    (True, True, False, False, False)
     """
-    return _FACTOR.fullmatch(text.strip()) is not None
+    return _FACTOR.fullmatch(text.strip()) is not None or _RATIO.search(text) is not None
 
 
 def factor_in(text: str) -> str:

@@ -16,6 +16,7 @@ from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import MOVING, OF_TESTERS, PRESSING, STEP_TIMES
 from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
@@ -114,6 +115,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     notes += _letter_of_a_place(sheet, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
+    faults += along_another_axis(sheet, chosen, unread)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
 
 

@@ -49,6 +49,8 @@ _ALIKE = 2.5
 _WHOLE, _BOTH, _BEYOND, _TO_ZERO, _A_STEP = 0.75, 0.25, 0.1, 0.06, 1.2
 # A load that goes on in contact is so steep, in the steps of the press; a drift is not.
 _IN_PRESS = 0.25
+# A step is one of several if one beside it is such a share of it.
+_AS_FAR = 0.75
 # A ball rests that moves by so little of its usual steps.
 _RESTS = 0.2
 # Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
@@ -145,6 +147,11 @@ class _Course:
         change = float(self.y[high] - self.y[low]) - (float(self.y[i + 1] - self.y[i]) if besides else 0.0)
         steps = np.abs(self.steps)
         return abs(change) <= max(_RESTS * (high - low) * float(np.median(steps)), 3 * self.noise, self.digit)
+
+    def is_one_of_several(self, i: int) -> bool:
+        """Whether a step beside one goes the same way, nearly as far: on a slope, such as that of a sticky sample's neck."""
+        beside = self.steps[[k for k in (i - 1, i + 1) if 0 <= k < self.steps.size]]
+        return bool(np.any(beside * np.sign(self.steps[i]) > _AS_FAR * abs(self.steps[i])))
 
     def off(self, at: IntArray) -> FloatArray:
         """How far steps are from the middle of those beside them, of the shape of `at`."""
@@ -432,7 +439,7 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         up = before * after > 0 and abs(after) > abs(before)
         beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
         found = _OFF if zero else _ANEW if up or beyond else ""
-        return (ZERO, found) if found and not pause else (OPEN, _SLIP)
+        return (ZERO, found) if found and not (pause or course.is_one_of_several(i)) else (OPEN, _SLIP)
     if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
         # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)

@@ -55,6 +55,8 @@ _LIKE_A_TIME = re.compile(
 _FEWEST, _UP, _SEEN = 5, 0.98, 50
 # Of the steps of a column that counts the rows so many are one, where some were lost.
 _COUNTS = 0.7
+# Seconds that a press lasts at least: a column that goes through less, such as days of a year, is not in seconds.
+_A_PRESS = 0.05
 
 
 def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str]) -> str:
@@ -91,8 +93,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
             own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time")
             own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
-            # Whole numbers may be counts that last anything: no unit is put into anybody's mouth.
-            rising = index, own or unit_of_numbers(float(values[0])) or ("s" if np.any(values % 1) else "")
+            rising = index, own or unit_of_numbers(float(values[0])) or _unit_of_fractions(values)
             falls = _where_it_falls(sheet, index)
     tick = stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
     if rising is not None and not rising[1] and not falls and (lasts := tick or _of_gaps(sheet, rising[0])) is not None:
@@ -146,6 +147,13 @@ def _of_gaps(sheet: Sheet, index: int) -> Tick | None:
         return None
     line, step = stated
     return Tick(float(step), f"{step} s", line, sheet.prelude[line - 1].strip()[:60])
+
+
+def _unit_of_fractions(values: FloatArray) -> str:
+    """The unit in which numbers with decimals last as long as a press; "" of whole numbers, which may be counts of anything."""
+    if not np.any(values % 1):
+        return ""
+    return "s" if np.ptp(values) > _A_PRESS else "day"
 
 
 def _seem_times(cells: Sequence[str]) -> bool:

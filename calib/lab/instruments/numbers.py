@@ -28,7 +28,8 @@ _NOT_NUMERIC = re.compile(
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
-    r"over|under|ovld|ovf?l|ovrld|ovf|ovrflw|ov\d+|ofl|ol|o\.l|overload|overflow|over ?range|out of range|"
+    r"over|under|ovld|ovf?l|ovrld|ovf|ovrflw|ov\d+|ofl|[+-]?ol|o\.l|(?-i:ERR(?:OR)?|FAIL(?:ED)?|INVALID|OVR)|"
+    r"err(?:or)?[ ._-]?\d{1,3}|overload|overflow|over ?range|out of range|"
     r"underflow|under ?range|(?-i:[OU]F)|[+-]?inf(?:inity)?|[+-]?1\.#inf0*|-+[.,]-+|-{2,}|\*{2,}|#{2,}",
     re.IGNORECASE,
 )

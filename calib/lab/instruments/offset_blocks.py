@@ -28,6 +28,8 @@ _LARGE, _MOST = 0.1, 3
 _ALIKE, _AT_MOST = 0.1, 0.25
 # A block is a smaller share of the rows; fewer rows show nothing.
 _OF_ROWS, _FEWEST = 1 / 3, 12
+# A step is one of several if one beside it is off by such a share of what it is.
+_AS_FAR = 0.5
 # The ball turns within a block if it goes beyond its ends by such a share of its range, and so many noises.
 _TURNS, _TURN_NOISES = 0.02, 6.0
 
@@ -70,6 +72,10 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     held = [beside(y, other, at, noise, noise_of(other)) for other in others]
     largest = np.maximum(least, _AS_LARGE * np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0))
     odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > largest) & ~np.any([h.explained for h in held], axis=0)
+    # On a slope that the ball does not make, such as that of a sticky sample's neck, the steps beside are off as well.
+    for k in (np.maximum(at - 1, 0), np.minimum(at + 1, steps.size - 1)):
+        near = beside(y, others[0], k, noise, noise_of(others[0])).off
+        odd &= ~(near * np.sign(held[0].off) > _AS_FAR * np.abs(held[0].off))
     at, off, room = at[odd], held[0].off[odd], held[0].room[odd]
     found: list[tuple[int, int, int]] = []
     if at.size > 2 * _MOST:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -483,7 +483,10 @@ def _choice_of(
     if not rivals:
         return []
     all_of = [best, *rivals]
-    choice: Choice | None = Choice("columns", tuple(sheet.name_for_asking(c.index) for c in all_of), quantity)
+    more = _also_in_its_unit(sheet, quantity, {c.index for c in all_of})
+    choice: Choice | None = Choice(
+        "columns", tuple(sheet.name_for_asking(i) for i in (*(c.index for c in all_of), *more)), quantity
+    )
     advice = f"Say which one is meant: {choice}"
     blocks = blocks_of_clocks(sheet, sheet.columns) if quantity == "time" else ()
     if blocks:
@@ -506,7 +509,21 @@ def _choice_of(
         unknown = [f'"{sheet.names[c.index]}"' for c in all_of if c.values is None]
         differ = f"and {unknown[0]} has no unit that is known" if unknown else f"and they differ{apart}"
         message = f"{len(all_of)} columns may be the {in_words(quantity)}, {differ}: {listed}"
+        message += f'; "{sheet.names[more[0]]}" moves, too, and is not understood' if more else ""
     return [Fault(message, sheet.text.path, line, first.index + 1, advice=advice, choice=choice)]
+
+
+def _also_in_its_unit(sheet: Sheet, quantity: str, known: Collection[int]) -> list[int]:
+    """The columns that are not understood, move, and are in a unit of a quantity: one may be the sum or mean of the others."""
+    return [
+        i
+        for i, name in enumerate(sheet.names)
+        if i not in known
+        and i not in sheet.set_aside
+        and is_unit_of(sheet.unit_written(i) or "?", quantity)
+        and why_unread(name, sheet.unit_below(i)).startswith("not understood")
+        and not stands_still(_readings_alone(sheet, i))
+    ]
 
 
 def _apart(quantity: str, best: PossibleColumn, other: PossibleColumn, word: str, share: float) -> str:

@@ -45,6 +45,8 @@ _MOST_OFF = 12
 # how many readings are taken out one after the other.
 _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
 _PASSES = 8
+# A reading is on the line of those before it, and so many behind it rest, within such a share of how far it is off the cubic.
+_ON_LINE, _AT_REST = 0.2, 3
 # Differences in succession that are nothing, as a share of the readings, are of a range that ends there.
 _STILL, _NOTHING = 8, 1e-12
 # Of a long record the noise is that of so many readings.
@@ -259,7 +261,7 @@ def _off_cubic(values: FloatArray, others: Sequence[_Other], turns: IntArray) ->
         told = {k: near for k in at.tolist() if (near := _expected(rows, y, k, floor, turns)) is not None}
         # A wrong reading makes those beside it seem off: the one farthest off is taken first.
         # At an end nothing tells a corner from it.
-        told = {k: v for k, v in told.items() if _is_told(rows, y, k, v, floor, turns, others)}
+        told = {k: v for k, v in told.items() if _is_told(rows, y, k, v, floor, turns, others) and not _begins_a_hold(y, k, v)}
         if not told:
             break
         best = max(told, key=lambda k: abs(float(y[k]) - told[k]))
@@ -341,6 +343,15 @@ def _is_told(
     # Between readings that are far apart lies more of a touch than a cubic follows.
     enough = enough and (off > _MORE_THAN_A_TOUCH * span or not any(other.is_finer for other in others))
     return enough and all(_keeps(other.values, int(rows[k]), turns) for other in others)
+
+
+def _begins_a_hold(y: FloatArray, k: int, near: float) -> bool:
+    """Whether a reading goes on along the line of those before it, and those behind rest: the ball stops, the force relaxes."""
+    if not 1 < k < y.size - _AT_REST:
+        return False
+    room = _ON_LINE * abs(float(y[k]) - near)
+    goes_on = abs(float(y[k] - 2 * y[k - 1] + y[k - 2])) < room < abs(float(y[k] - y[k - 1]))
+    return goes_on and bool(np.ptp(y[k + 1 : k + 1 + _AT_REST]) < room)
 
 
 def _is_slow(rows: IntArray, y: FloatArray, k: int, turns: IntArray) -> bool:

@@ -407,7 +407,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
             return _weighed(readings, plain, inside, unit_below)
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
-    return _reason(words(outside), brackets, unit_below)
+    without_tail = next((words(name) for name, _ in _with_tail(outside)), "")
+    return f"axis {axis}: not used" if (axis := other_axis(without_tail)) else _reason(words(outside), brackets, unit_below)
 
 
 # A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.
@@ -642,8 +643,7 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     for text in (name, *brackets):
         if not looks_like_unit(text) and (reason := no_record(text)):
             return reason
-    axis = other_axis(name)
-    if axis:
+    if axis := other_axis(name):
         return f"axis {axis}: not used"
     _, tail = next(_with_tail(name), ("", ""))
     for unit in (*brackets, unit_below, tail):

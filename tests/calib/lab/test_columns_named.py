@@ -224,6 +224,7 @@ def test_names_of_no_record_say_why(cell: str, why: str) -> None:
     [
         *("Load [x10] (N)", "Load (N) [*10^3]", "Load (1e-1) (N)", "Load (kN) (N)", "Load (N) [kgf]", "Load (V) (N)"),
         *("Load (gain 2) (N)", "Load (?) (N)", "Load (abs) (N)", "Load (N) [calc]", "Load offset (N)", "Load (N*10)"),
+        *("Load (N) (1:10)", "Load (1 : 10) [N]", "Load [N] (Übersetzung 1:5)", "Load (amp 1:100) (N)", "Load (lever 2:1) (N)"),
     ],
 )
 def test_a_bracket_that_leaves_the_force_open_is_refused(tmp_path: Path, cell: str) -> None:
@@ -242,6 +243,8 @@ def test_a_bracket_that_leaves_the_force_open_is_refused(tmp_path: Path, cell: s
             "Load (N) (N)",
             "Load (raw) [N]",
             "Load{N}",
+            "Load (N) (1:1)",
+            "Load (Dev1:2) (N)",
         ),
         *("Primary load measurement (N)", "Tensile Force (N)", "Force (Fz), N", "C_1_Force[N]", "Force (F) / N", "Load (N, )"),
     ],
@@ -311,6 +314,18 @@ def test_columns_that_differ_are_a_choice(tmp_path: Path) -> None:
     assert error.faults[0].choice is not None
     table = read(tmp_path, columns, columns={"displacement": "Position (mm)"})
     np.testing.assert_allclose(table.columns["displacement"], force_of(cells(1.2 * DEPTH), 1e-3))
+
+
+@pytest.mark.parametrize("name", ["Fsum (N)", "Σ F (N)", "Resultant (N)"])
+def test_a_sum_that_is_not_understood_is_offered_beside_the_cells_that_make_it(tmp_path: Path, name: str) -> None:
+    parts = [(f"F{k + 1} (N)", cells(share * FORCE)) for k, share in enumerate((0.3, 0.33, 0.37))]
+    columns = [*TESTER[:2], *parts, (name, F)]
+    error = refused(tmp_path, columns)
+    assert f'--columns "force={name}"' in str(error)
+    table = read(tmp_path, columns, columns={"force": name})
+    np.testing.assert_allclose(table.columns["force"], force_of(F))
+    still = refused(tmp_path, [*TESTER[:2], *parts, (name, ["1.0000"] * N)])
+    assert name not in str(still)
 
 
 def test_two_units_of_one_force_must_agree(tmp_path: Path) -> None:

@@ -147,3 +147,13 @@ def test_an_index_with_rows_that_were_lost_is_offered_with_the_stated_interval(
     assert table.columns["time"] == pytest.approx((step * np.array(counts)).tolist())
     wrong = read_lab_file(path, Reading(columns={"time": name}, units={"time": "s"}))
     assert any("but as it is read the readings follow each other after" in n for n in wrong.notes)
+
+
+@pytest.mark.parametrize(("name", "first"), [("DOY", 70.5), ("MJD", 60378.5), ("day_of_year", 311.25)])
+def test_days_are_offered_as_days_and_not_as_seconds_that_would_last_a_blink(tmp_path: Path, name: str, first: float) -> None:
+    rows = [f"{first + 0.1 * k / 86400:.9f},{c:.4f},{p:.4f}" for k, (c, p) in enumerate(zip(CP, PRESS, strict=True))]
+    path = written(tmp_path, [f"{name},Cp (pF),Displacement (mm)", *rows])
+    note = next(n for n in read_lab_file(path).notes if n.startswith("no time is read"))
+    assert note.endswith(f"--columns time={name} --units time=day")
+    table = read_lab_file(path, Reading(columns={"time": name}, units={"time": "day"}))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=2e-4)

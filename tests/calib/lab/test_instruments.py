@@ -161,7 +161,7 @@ def test_powers_of_ten_that_no_measurement_reaches_are_no_readings(tmp_path: Pat
     assert {why for why in table.reasons if why} == {f"{'no reading,' if code[0] == '-' else 'over-range'} {code}"}
 
 
-@pytest.mark.parametrize("sentinel", ["9.9E37", "9.90000E+37", "999999", "OVER", "OV01"])
+@pytest.mark.parametrize("sentinel", ["9.9E37", "9.90000E+37", "999999", "OVER", "OV01", "ERR", "Err.4", "+OL", "FAIL"])
 def test_every_sentinel_becomes_an_unusable_row(tmp_path: Path, sentinel: str) -> None:
     table = read(tmp_path, f"Force (N),CP[F],D\n0.5,9.7E-11,0.01\n0.6,{sentinel},0.01\n0.7,9.8E-11,0.01\n")
     assert np.isnan(table.columns["capacitance"][1])

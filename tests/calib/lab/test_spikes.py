@@ -254,3 +254,30 @@ def test_no_reading_of_a_load_cell_at_the_end_of_its_range_stands_alone_for_its_
     assert alone(values) == {}
     values["force"][30] += 0.2
     assert list(alone(values)["force"]) == [30]
+
+
+def _at_a_constant_speed(folder: Path, **changed: dict[int, float]) -> LabTable:
+    """A press without its place, 60 rows down at an even pace and a hold of 20, at whose start the force relaxes at once."""
+    depth = np.minimum(np.arange(80), 59) / 60
+    force = 4.4 * np.maximum(depth - 0.1, 0.0) ** 1.3 - 0.065 * (np.arange(80) > 59)
+    capacitance = 97.0 + 0.4 * depth + 0.3 * depth**2
+    rng = np.random.default_rng(3)
+    values = {"force": force + 0.001 * rng.normal(size=80), "capacitance": capacitance + 0.002 * rng.normal(size=80)}
+    for quantity, cells in changed.items():
+        for row, value in cells.items():
+            values[quantity][row] += value
+    path = folder / "hold.csv"
+    rows = [
+        f"{0.1 * i:.1f},{f:.4f},{c:.4f}" for i, (f, c) in enumerate(zip(values["force"], values["capacitance"], strict=True))
+    ]
+    path.write_text("\n".join(["Time (s),Force (N),Cp (pF)", *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, Reading())
+
+
+def test_the_last_reading_before_a_hold_whose_force_relaxes_at_once_is_kept(tmp_path: Path) -> None:
+    assert _left_out(_at_a_constant_speed(tmp_path)) == []
+
+
+@pytest.mark.parametrize("row", [45, 59, 62])
+def test_a_reading_off_the_line_before_a_hold_is_left_out(tmp_path: Path, row: int) -> None:
+    assert _left_out(_at_a_constant_speed(tmp_path, force={row: 0.3})) == [row]
