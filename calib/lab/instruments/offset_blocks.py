@@ -73,8 +73,8 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     largest = np.maximum(least, _AS_LARGE * np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0))
     odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > largest) & ~np.any([h.explained for h in held], axis=0)
     # On a slope that the ball does not make, such as that of a sticky sample's neck, the steps beside are off as well.
-    for k in (np.maximum(at - 1, 0), np.minimum(at + 1, steps.size - 1)):
-        near = beside(y, others[0], k, noise, noise_of(others[0])).off
+    for step in (np.maximum(at - 1, 0), np.minimum(at + 1, steps.size - 1)):
+        near = beside(y, others[0], step, noise, noise_of(others[0])).off
         odd &= ~(near * np.sign(held[0].off) > _AS_FAR * np.abs(held[0].off))
     at, off, room = at[odd], held[0].off[odd], held[0].room[odd]
     found: list[tuple[int, int, int]] = []

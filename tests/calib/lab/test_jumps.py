@@ -269,11 +269,12 @@ def test_a_capacitance_all_of_whose_marks_are_lost_is_refused_unless_its_unit_is
 def test_the_neck_of_a_sticky_sample_that_the_capacitance_does_not_see_keeps_its_readings(tmp_path: Path, size: float) -> None:
     """A pull of a dozen rows on the way back, with drift, noise and few readings: steep, but no offset that comes and goes."""
     rng = np.random.default_rng(4)
-    down = np.concatenate([np.linspace(0, 0.8, 120), np.linspace(0.8, 0, 120)])
+    down: FloatArray = np.concatenate([np.linspace(0, 0.8, 120), np.linspace(0.8, 0, 120)])
     pressed = np.maximum(down - 0.25, 0.0)
     pull = size * 1.6 * np.exp(-(((np.arange(240) - 212) / 3.6) ** 2))
     force = 4 * pressed**1.5 - pull + 0.002 * np.arange(240) + 0.02 * rng.normal(size=240)
     capacitance = 96.8 + 2.5 * pressed + 0.002 * rng.normal(size=240)
-    table = _read(tmp_path, 0.2 * np.arange(240), down, force, capacitance)
+    time: FloatArray = 0.2 * np.arange(240, dtype=np.float64)
+    table = _read(tmp_path, time, down, force, capacitance)
     assert not any(table.reasons)
     assert not table.zeroed
