@@ -72,11 +72,12 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     held = [beside(y, other, at, noise, noise_of(other)) for other in others]
     largest = np.maximum(least, _AS_LARGE * np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0))
     odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > largest) & ~np.any([h.explained for h in held], axis=0)
-    # On a slope that the ball does not make, such as that of a sticky sample's neck, the steps beside are off as well.
+    # On a slope that the ball does not make, such as those of a sticky sample's neck, the steps beside are off as well.
+    several = np.zeros(at.size, dtype=bool)
     for step in (np.maximum(at - 1, 0), np.minimum(at + 1, steps.size - 1)):
         near = beside(y, others[0], step, noise, noise_of(others[0])).off
-        odd &= ~(near * np.sign(held[0].off) > _AS_FAR * np.abs(held[0].off))
-    at, off, room = at[odd], held[0].off[odd], held[0].room[odd]
+        several |= near * np.sign(held[0].off) > _AS_FAR * np.abs(held[0].off)
+    at, off, room, several = at[odd], held[0].off[odd], held[0].room[odd], several[odd]
     found: list[tuple[int, int, int]] = []
     if at.size > 2 * _MOST:
         return found
@@ -85,6 +86,7 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
         larger = max(abs(off[a]), abs(off[b]))
         alike = abs(off[a] + off[b]) <= min(max(_ALIKE * larger, room[a] + room[b]), _AT_MOST * larger)
         i, k = int(at[a]), int(at[b])
+        alike &= not (several[a] and several[b])
         if a > last and alike and k - i < _OF_ROWS * rows.size and not _turns(others[0][i : k + 2], others[0]):
             found.append((int(rows[i]), int(rows[i + 1]), int(rows[k + 1])))
             last = b

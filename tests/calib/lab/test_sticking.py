@@ -45,7 +45,6 @@ def _left_out(table: LabTable) -> list[int]:
         (80, 1.5, 0.04, 12),
         (60, 0.5, 0.05, 0),
         (60, 1.5, 0.08, 12),
-        (240, 4.0, 0.02, 12),
     ],
 )
 def test_a_pull_off_over_a_few_rows_is_read_with_a_note(
@@ -58,8 +57,11 @@ def test_a_pull_off_over_a_few_rows_is_read_with_a_note(
     assert sum("read as a ball that sticks" in note for note in table.notes) == 1
 
 
-def test_a_load_that_pulls_over_more_rows_needs_no_note(tmp_path: Path) -> None:
-    table = _read(tmp_path, _press(400, 1.5, 0.1), (1, 1))
+@pytest.mark.parametrize(("rows", "pull", "width", "hold"), [(400, 1.5, 0.1, 0), (240, 4.0, 0.02, 12)])
+def test_a_load_that_pulls_over_more_rows_needs_no_note(
+    tmp_path: Path, rows: int, pull: float, width: float, hold: int
+) -> None:
+    table = _read(tmp_path, _press(rows, pull, width, hold=hold), (1, 1))
     assert _left_out(table) == []
     assert not any("sticks" in note for note in table.notes)
 
