@@ -139,7 +139,7 @@ class Sheet:
         """The last unit in the name of a column or below it, "" if there is none."""
         cut = without_brackets(tidy(self.names[column]))
         inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
-        tail = re.search(r"[\s_,/]([^\s_,/]+)$", self.names[column].strip())
+        tail = re.search(r"[\s_,:|/]([^\s_,:|/]+)$", self.names[column].strip())
         written = tail[1] if tail is not None and looks_like_unit(tail[1]) else ""
         return self.unit_below(column) or (inside[-1] if inside else written)
 

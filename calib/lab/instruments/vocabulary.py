@@ -98,6 +98,13 @@ _NORMAL_FORCE = re.compile(
 )
 # What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
 _OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
+# Which of its values a meter shows, before what it is: "Primary (Cp)", "Param 1: Cs", "Secondary (D)".
+_OF_ITS_VALUES = re.compile(
+    r"(?:primary|secondary|main|sub|prim?\.?|sec\.?|(?:param(?:eter)?|value|display|measurement) ?[1-4A-D])"
+    r"(?: (?:param(?:eter)?|value|display|measurement))?\s*"
+    r"(?:[(\[](?P<inside>[^()\[\]]+)[)\]]|[:=-]\s*(?P<behind>[^\s()\[\]]+))(?P<rest>.*)",
+    re.IGNORECASE,
+)
 #: A function of what was measured.
 FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
@@ -360,6 +367,10 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if of_run is not None and not understand(cell[: of_run.start("name")]):
         found = _interpret(of_run["name"], unit_below)
         return replace(found, index=found.index or of_run["index"] or "") if isinstance(found, Heading) else found
+    if (of_value := _OF_ITS_VALUES.fullmatch(cell)) is not None:
+        found = _interpret(f"{of_value['inside'] or of_value['behind']}{of_value['rest']}", unit_below)
+        if isinstance(found, Heading) and found.quantity in _OF_A_METER:
+            return found
     plain, conditions = without_conditions(cell)
     if conditions:
         found = _interpret(plain, unit_below)
