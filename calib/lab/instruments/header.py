@@ -16,7 +16,7 @@ from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
-from calib.lab.instruments.stated import stated_units
+from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
@@ -502,6 +502,7 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
                 list(stated_units(line))
                 or _stated_each(line)
                 or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
+                or list(explained_units(line))
             )
             _declare(declared, own, number)
             continue
