@@ -142,3 +142,31 @@ def test_what_a_line_says_of_a_change_of_capacitance_is_no_unit_of_one(tmp_path:
             calib.read_lab_file(path)
     path.write_text("\n".join(["# cap: parallel capacitance at 1 kHz, pF", "time (s),cap", *rows, ""]))
     np.testing.assert_allclose(calib.read_lab_file(path).columns["capacitance"][0], 97e-12)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["# force in mN, displacement in um, time in s"],
+        ["Force in mN, displacement in µm, time in s"],
+        ["# force: mN, displacement: um, time: s"],
+        ["# force in mN, displacement in um, time in s", "# press 4, ball 6 mm"],
+    ],
+)
+@pytest.mark.parametrize("header", ["time,displacement,force", "t,disp,force", "time,disp (um),force"])
+def test_a_sentence_of_quantities_and_units_above_the_names_is_no_header(tmp_path: Path, above: list[str], header: str) -> None:
+    table = _read(tmp_path, *above, header)
+    np.testing.assert_allclose(table.columns["displacement"][-1], 390e-6)
+    np.testing.assert_allclose(table.columns["force"][-1], 0.3e-3 * 39**1.5, rtol=1e-4)
+    assert any("line 1 says the unit of force (mN)" in note for note in table.notes)
+
+
+def test_such_a_line_over_no_names_is_the_header(tmp_path: Path) -> None:
+    table = _read(tmp_path, "# time in s,displacement in um,force in mN")
+    np.testing.assert_allclose(table.columns["force"][-1], 0.3e-3 * 39**1.5, rtol=1e-4)
+
+
+def test_such_a_line_over_names_with_other_units_or_none_that_are_understood_is_asked_about(tmp_path: Path) -> None:
+    for header in ("time,displacement,force (N)", "a,b,c"):
+        with pytest.raises(calib.InputError):
+            _read(tmp_path, "# force in mN, displacement in um, time in s", header)
