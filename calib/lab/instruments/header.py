@@ -196,7 +196,7 @@ def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter:
 
 
 def _says_units_of_names_below(line: str, below: Sequence[str]) -> bool:
-    """Whether a line is a sentence of quantities and units, "force in mN, time in ms", of which two at least are names below."""
+    """Whether a line is one of quantities and units, "force in mN, time in ms", of which two at least are named below."""
     said = {quantity for quantity, _ in _stated_each(line)} if "," in line or ";" in line else set()
     first = next((other for other in below if other.strip() and not _in_comments([other])), "") if len(said) > 1 else ""
     for delimiter in DELIMITERS if first else ():

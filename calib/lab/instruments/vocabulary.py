@@ -27,7 +27,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
-from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
+from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
@@ -537,7 +537,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and (name in ONLY_WITH_UNIT or ("stage" in name.split() and name not in NAMES["displacement"])):
+    of_place = "stage" in name.split() and name not in NAMES["displacement"]
+    if not fitting and (name in ONLY_WITH_UNIT or of_place or not MASSES.isdisjoint(name.split())):
         other = kind_of_unit(unit_below or (written[-1] if written else ""))
         return f"{other}: not used" if other and not other.startswith("in ") else "not understood"
     meaning = (fitting or list(readings))[0]
