@@ -107,6 +107,12 @@ _OF_ITS_VALUES = re.compile(
 )
 #: A function of what was measured.
 FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
+# "Force exp (N)", "F_exp (N)", "Force (exp.) [N]", "exp. force (N)": of the experiment, as its unit tells; "exp(F)" has none.
+_OF_EXPERIMENT = re.compile(
+    r"(?P<before>[^()\[\]]*[^\W\d_])(?:[\s_,-]+exp\.?|\s*[(\[]exp\.?[)\]])(?P<behind>(?:[\s_,/]*[(\[]|[\s_,/]+)[^\W\d_]+[)\]]?|)|"
+    r"exp(?:\.\s?|[\s_])(?P<name>[^\W\d].*)",
+    re.IGNORECASE,
+)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -317,6 +323,9 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     cell, unit_below : as of `understand`.
     """
     cell = _without_its_index(cell, unit_below)
+    measured = _without_experiment(tidy(cell)) if quantity in NEEDS_UNIT[1:] else cell
+    of_quantity = any(unit and is_unit_of(unit, quantity) for unit in (unit_below, *_units_written(measured)))
+    cell = measured if measured != cell and of_quantity else cell
     cell = without_conditions(tidy(cell))[0] if quantity in _OF_A_METER else tidy(cell)
     cut = without_brackets(cell)
     outside, brackets = cut if cut is not None else (cell, ())
@@ -331,6 +340,27 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+def is_of_experiment(cell: str) -> bool:
+    """Whether "exp" in a name is read as a word for the experiment, as it is beside a unit of what stands there.
+
+    >>> is_of_experiment("Force exp (N)"), is_of_experiment("exp(F) (N)"), is_of_experiment("Exp. time (s)")
+    (True, False, False)
+    """
+    return _without_experiment(tidy(cell)) != tidy(cell) and understand(cell) is not None
+
+
+def _without_experiment(cell: str) -> str:
+    """A cell without the word that says that its column is of the experiment: "Force (N)" of "Force exp (N)"."""
+    match = _OF_EXPERIMENT.fullmatch(cell)
+    return cell if match is None else match["name"] or f"{match['before']}{match['behind']}"
+
+
+def _units_written(cell: str) -> list[str]:
+    """What may be the unit of a cell: its brackets, and the word behind its name."""
+    cut = without_brackets(cell)
+    return [*cut[1], *(tail for _, tail in _with_tail(cut[0]))] if cut is not None else []
 
 
 def unit_of_normal_force(cell: str, unit_below: str = "") -> str:
@@ -367,6 +397,11 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if of_run is not None and not understand(cell[: of_run.start("name")]):
         found = _interpret(of_run["name"], unit_below)
         return replace(found, index=found.index or of_run["index"] or "") if isinstance(found, Heading) else found
+    if (measured := _without_experiment(cell)) != cell:
+        found = _interpret(measured, unit_below)
+        own = (found.unit or unit_below) if isinstance(found, Heading) else ""
+        if isinstance(found, Heading) and found.quantity in NEEDS_UNIT[1:] and own and is_unit_of(own, found.quantity):
+            return found
     if (of_value := _OF_ITS_VALUES.fullmatch(cell)) is not None:
         found = _interpret(f"{of_value['inside'] or of_value['behind']}{of_value['rest']}", unit_below)
         if isinstance(found, Heading) and found.quantity in _OF_A_METER:
