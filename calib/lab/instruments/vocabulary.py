@@ -399,8 +399,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return replace(found, index=found.index or of_run["index"] or "") if isinstance(found, Heading) else found
     if (measured := _without_experiment(cell)) != cell:
         found = _interpret(measured, unit_below)
-        own = (found.unit or unit_below) if isinstance(found, Heading) else ""
-        if isinstance(found, Heading) and found.quantity in NEEDS_UNIT[1:] and own and is_unit_of(own, found.quantity):
+        of_quantity = isinstance(found, Heading) and is_unit_of(found.unit or unit_below or "?", found.quantity)
+        if isinstance(found, Heading) and of_quantity and found.quantity in NEEDS_UNIT[1:]:
             return found
     if (of_value := _OF_ITS_VALUES.fullmatch(cell)) is not None:
         found = _interpret(f"{of_value['inside'] or of_value['behind']}{of_value['rest']}", unit_below)
