@@ -121,6 +121,12 @@ _EXPLAINED = re.compile(
     r"(?:[-*•+]\s+)?[`'\"]*(?P<name>[^\W\d][\w.]*(?: \w+)?)[`'\"]*"
     r"(?:\s*[(\[](?P<unit>[^()\[\]]+)[)\]](?=\s*[:=–—-]\s*[^\W\d]\S*\s))?\s*(?:[:=]\s*|\s[-–—]\s+)(?P<text>[^\W\d].*)"
 )
+# What is told of an instrument or a test in the same way.
+_OF_INSTRUMENT = re.compile(
+    r"capacity|range|bereich|accura|genauigk|sensitiv|speed|rate(?![^\W\d_])|thresh|limit|full.?scale|trigger|steps?(?![^\W\d_])|"
+    r"interval|nominal|rated",
+    re.IGNORECASE,
+)
 _CLAUSES, _IN = (
     re.compile(r"\s*[,;()\[\]]+\s*|\.\s+|\s[-–—]\s"),
     re.compile(r"(?:.*\s)?(?:in|en|em)\s+(?:(?P<last>\S+)|(?P<unit>\S{2,})\s.*)", re.I),
@@ -290,9 +296,11 @@ def explained_units(line: str) -> Iterator[tuple[str, str]]:
     ([('force', 'millinewtons')], [])
     """
     explained = _explained(line)
-    if explained is None or _is_no_reading(*explained[:2]) or stated_factors([explained[1]]):
+    if explained is None or _is_no_reading(*explained[:2]):
         return
     quantity, text, unit = explained
+    if _OF_INSTRUMENT.search(text) or stated_factors([text]):
+        return
     parts = [part.strip(" .`'\"") for part in _CLAUSES.split(text)]
     units = [unit, *(of["last"] or of["unit"] if (of := _IN.fullmatch(part)) is not None else part for part in parts)]
     own = [unit for unit in units if unit.lower() not in _NO_UNITS and is_unit_of(unit, quantity)]

@@ -121,10 +121,12 @@ def test_lines_that_say_what_each_column_is_and_its_unit_give_it_with_a_note(tmp
         "force: N or mN, see below, kN, N",
         "force: load cell of 10 N, class 0.5",
         "force: setpoint, N",
+        "force: range of the cell (N), see the sheet",
+        "load cell: capacity, N",
     ],
 )
 def test_a_line_of_another_force_or_of_several_units_gives_none(tmp_path: Path, said: str) -> None:
-    with pytest.raises(calib.InputError, match='"force"'):
+    with pytest.raises(calib.InputError, match='column "force"'):
         _read(tmp_path, f"# {said}", "time (s),displacement (um),force")
 
 
