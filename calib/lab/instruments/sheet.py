@@ -179,9 +179,12 @@ class Sheet:
     def alone_in_unit(self) -> dict[int, Heading]:
         """The columns of names that are not understood, each the only one in a unit: cell index -> heading.
 
-        A letter F with more than any capacitor has is no farad but a force without a unit.
+        A letter F with more than any capacitor has is no farad but a force without a unit, and one of several in F, as of
+        "Oven 2 (F)", may be in degrees then.
         """
         found = alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        numbered = [i for i, h in found.items() if (h.unit or self.unit_below(i)) == "F" and re.search(r"\d", self.names[i])]
+        found = {i: h for i, h in found.items() if not (i in numbered and self.columns and self._reaches(i, _NO_FARAD))}
         letters = [i for i, h in found.items() if self.names[i] == "F" == h.unit]
         if not letters or not self.columns or any(h.quantity == "force" for h in found.values()):
             return found

@@ -458,6 +458,12 @@ def test_what_is_numbered_and_no_capacitance_of_a_sample_is_not_taken(tmp_path: 
         read(tmp_path, f"Time (s),{name}", TIME, CAPACITANCE)
 
 
+def test_a_numbered_temperature_in_fahrenheit_beside_a_press_is_passed_by(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s),Extension (mm),Force (N),Oven 2 (F)", TIME, DEPTH, FORCE, 70 + FORCE)
+    assert "capacitance" not in table.columns
+    assert any("Oven 2 (F)" in row.what for row in table.unread)
+
+
 def test_a_numbered_value_beside_another_capacitance_is_not_taken(tmp_path: Path) -> None:
     table = read(tmp_path, "Time (s),Cp (pF),Parameter 2 (pF)", TIME, CAPACITANCE, 2 * CAPACITANCE)
     np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
