@@ -6,6 +6,7 @@ import re
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import tidy, without_brackets, words_in
+from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.other_quantities import is_of_another
@@ -33,6 +34,8 @@ _CHANGE = re.compile(r"d[A-Z].*")
 _DIFFERENCE = re.compile(r"\s-\s|\bC\w*-C", re.IGNORECASE)
 # Where a signal stands in an instrument or its program: "dev3456/imps/0/sample.param1", "/press/force".
 _PATH = re.compile(r"/?[^\W\d_]\w*(?:/\w+){2,}(?:\.\w+)*|(?:/[^\W\d_]\w*){2,}")
+# Which of its values or inputs a meter calls so: "Parameter 2", "Capacitance C1"; 0 is the one at rest.
+_OF_SEVERAL = re.compile(r"(?P<words>[^\W\d_]{3,}(?:[\s_.-]+[^\W\d_]{3,})*)[\s_.-]*(?:(?<![^\W\d_])[^\W\d_])?[1-9]\d?")
 # Scripts of which a word is one letter or two.
 _SIGNS = re.compile(r"[\u0e00-\ud7ff][\u0e00-\ud7ff\s]*")
 
@@ -72,7 +75,10 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
             continue
         (index,) = of_unit
         own = None if below[index] else units[index]
-        found[index] = Heading(quantity, 4 * PLAIN, " ".join(words_in(names[index])), own)
+        cut = without_brackets(tidy(names[index])) if quantity == "capacitance" else None
+        of_words = understand(_without_number(cut[0])) if cut is not None else None
+        of = of_words.quantity if of_words is not None and of_words.quantity == "capacitance_series" else quantity
+        found[index] = Heading(of, 4 * PLAIN, " ".join(words_in(names[index])), own)
     there = {h.quantity for h in found.values()} | (named & set(RECORDED))
     return found if len(there) > 1 and there != {"time"} else {}
 
@@ -84,8 +90,9 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     cut = without_brackets(tidy(name))
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return False
-    outside = re.sub(rf"(?:\s+in\s+|[\s_,/]+){re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
-    said, alone = words_in(outside), outside.strip(" :,")
+    outside = re.sub(rf"(?:\s+in\s+|[\s_,:|/]+){re.escape(unit)}$", "", cut[0].strip()) if not cut[1] and not below else cut[0]
+    outside = _without_number(outside) if quantity == "capacitance" else _without_instrument(outside)
+    said, alone = words_in(outside), outside.strip(" :,|")
     of_formula = _LETTER_OF.fullmatch(alone)
     by_letter = of_formula is not None and of_formula["letter"] in tuple(_BEFORE_WORDS.get(quantity, ()))
     by_letter = by_letter and not any(map(_NO_READINGS.fullmatch, said))
@@ -108,3 +115,21 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and not FUNCTION.search(outside)
         and why_unread(name, below) == "not understood"
     )
+
+
+def _without_instrument(outside: str) -> str:
+    """A name without the model or channel beside words of which none is understood: "Stage" of "Stage M-406"."""
+    parts = [part for part in re.split(APART, outside) if part]
+    passed = instrument_words(parts)
+    left = [part for part, is_passed in zip(parts, passed, strict=True) if not is_passed]
+    return " ".join(left) if left and any(passed) and not any(map(understand, left)) else outside
+
+
+def _without_number(outside: str) -> str:
+    """The name of a capacitance without which of several it is: "Parameter" of "Parameter 2"."""
+    match = _OF_SEVERAL.fullmatch(outside.strip(" :,|"))
+    heading = understand(match["words"]) if match is not None else None
+    of_another = heading is not None and IN_PLACE_OF.get(heading.quantity, heading.quantity) != "capacitance"
+    if match is None or of_another or any(map(_NO_READINGS.fullmatch, words_in(outside))):
+        return outside
+    return match["words"]

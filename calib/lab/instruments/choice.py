@@ -11,6 +11,7 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.brackets import words_in
 from calib.lab.instruments.circuit import circuit_beside_unit, names_parallel, said_circuit
+from calib.lab.instruments.clock import read_clock
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
@@ -233,8 +234,13 @@ def _by_cells_note(sheet: Sheet, index: int) -> str:
     if not holds_clock(sheet.columns[index]):
         return f'"{_shown(sheet, index)}" is taken as the time: it never begins anew, as if the record were one step'
     dated = "-" in (first := in_figures(first_cell(sheet, index)).text) or "/" in first or first.count(".") > 1
-    what = "dates with times of day" if dated else "times of day"
+    of_day = dated or read_clock(sheet.columns[index][:_FEW_CELLS]).of_day
+    what = "dates with times of day" if dated else "times of day" if of_day else "durations"
     return f'"{_shown(sheet, index)}" is taken as the time, as its cells are {what}'
+
+
+# Cells that show how times are written.
+_FEW_CELLS = 50
 
 
 def _made_records(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], told: Collection[int]) -> list[str]:

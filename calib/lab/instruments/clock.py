@@ -27,13 +27,14 @@ _UTC = f"Log the time in seconds or in UTC, split the file there, {WITHOUT}"
 
 @dataclass(frozen=True, eq=False)
 class ClockTimes:
-    """Times of day read as seconds, nan where a cell is none.
+    """Times of day, or durations, read as seconds, nan where a cell is none.
 
     Attributes
     ----------
     seconds : since the first midnight, (n_row,).
     notes : choices that were made.
     conflict, row, advice : why the column cannot be read, at which row from 0, and what to do; "" if it can.
+    of_day : whether the times may be of a day, not durations by their form ("0 days 00:00:01", "01:12.5").
     """
 
     seconds: FloatArray
@@ -41,6 +42,7 @@ class ClockTimes:
     conflict: str = ""
     row: int = 0
     advice: str = ""
+    of_day: bool = True
 
 
 def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") -> ClockTimes:
@@ -113,7 +115,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
             notes.append("times are read as days, hours, minutes and seconds")
         elif meant != "h:min:s":
             notes.append(f"times are read as {meant}")
-        return ClockTimes(values, tuple(notes))
+        return ClockTimes(values, tuple(notes), of_day=False)
     days = days_since(written, values)
     if days.conflict:
         return ClockTimes(values, conflict=days.conflict, row=int(np.argmax(there)), advice=_DATES)

@@ -67,7 +67,7 @@ from calib.lab.instruments.unit_choice import (
     words_against,
 )
 from calib.lab.instruments.validity import compares, said_bad
-from calib.lab.instruments.vocabulary import unit_of_normal_force, words
+from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words
 from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
@@ -171,6 +171,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if (usual := unit_of_joined(sheet.names[index])) and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": the end of the name is read as its unit, {usual}')
             faults += of_a_direction(sheet, index, usual) if usual == "N" else []
+        if index not in sheet.assigned and is_of_experiment(sheet.names[index]):
+            notes.append(f'"{sheet.names[index]}": "exp" is read as of the experiment, not as expected')
         symbol = unit_of_normal_force(sheet.names[index], sheet.unit_below(index))
         if symbol not in ("", "N") and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": the index is that of a normal force, the unit is {symbol}')

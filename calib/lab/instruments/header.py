@@ -16,7 +16,7 @@ from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
-from calib.lab.instruments.stated import stated_units
+from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
@@ -119,6 +119,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                         and not _fits_rows(len(cells), text.lines[index + 1 : index + _ROWS_SEEN], delimiter)
                     )
                     or _units_of_names_above(text.lines[:index], cells, delimiter)
+                    or _says_units_of_names_below(line, text.lines[index + 1 : index + _ROWS_SEEN])
                 ):
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
@@ -192,6 +193,18 @@ def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter:
         return False
     names = split_line(next((line for line in reversed(above) if line.strip()), ""), delimiter)
     return len(names) == len(cells) and all(name and not is_numeric(name) for name in names)
+
+
+def _says_units_of_names_below(line: str, below: Sequence[str]) -> bool:
+    """Whether a line is one of quantities and units, "force in mN, time in ms", of which two at least are named below."""
+    said = {quantity for quantity, _ in _stated_each(line)} if "," in line or ";" in line else set()
+    first = next((other for other in below if other.strip() and not _in_comments([other])), "") if len(said) > 1 else ""
+    for delimiter in DELIMITERS if first else ():
+        cells = split_line(first, delimiter)
+        named = {IN_PLACE_OF.get(h.quantity, h.quantity) for cell in cells if cell and (h := understand(cell)) is not None}
+        if len(said & named) > 1 and not any(map(_is_reading, cells)):
+            return True
+    return False
 
 
 def width_of_row(line: str) -> int:
@@ -502,6 +515,7 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
                 list(stated_units(line))
                 or _stated_each(line)
                 or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
+                or list(explained_units(line))
             )
             _declare(declared, own, number)
             continue

@@ -31,12 +31,12 @@ _BOARD = re.compile(r"(?:c?daq\d{1,2})?(?:dev|mod)\d{1,2}", re.IGNORECASE)
 # A channel by its number, of loggers with many with zeros before it, "CH0001", or by unit and input, "CH1-1", "U1-2".
 _CHANNEL = re.compile(r"(?P<word>[^\W\d]+)[-.#]?(?:\d{1,3}|0\d{3,4})")
 _UNIT_AND_INPUT = re.compile(r"(?:ch|u)\d{1,2}-\d{1,2}", re.IGNORECASE)
-# A model: "U9C", "S2M10N", "WA20", "LC-10N", "LK-H050", "E4980", "HX711", "4284A"; "S2" and "P10" may be specimens, "x10" a
-# factor.
+# A model: "U9C", "S2M10N", "WA20", "LC-10N", "LK-H050", "M-406", "L-509.20", "E4980", "HX711", "4284A"; "S2", "P10" and
+# "S-101" may be specimens, "x10" a factor, "C-100" a difference.
 _MODEL = re.compile(
     r"(?!P2P)[A-Z]\d{1,3}[A-Z]{1,2}|[A-Z]{2,}-?\d{1,5}[A-Z]{0,2}|[A-Z]{2,}-[A-Z]{1,2}\d{2,4}[A-Z]?|"
     r"[A-Z]\d{1,2}[A-Z]\d{1,4}[A-Z]|[a-z]{2,}\d{3,5}|"
-    r"(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
+    r"(?![XGKNTPSCD])[A-Z]-[1-9]\d{2}(?:\.[\dA-Z]{1,4})?|(?![XGKNTVF])[A-Z]\d{4,5}[A-Z]?|(?![xgkntvf])[a-z]\d{4,5}|\d{4}[AB]"
 )
 # How far a load cell reaches, behind its model: "U9C_10N".
 _CAPACITY = re.compile(r"\d{1,4}[mkµ]?N")

@@ -97,7 +97,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "força axial | normaalkracht | 力量 | 負荷 | 負載 | 載重 | 荷載 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
                 "corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
                 "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
-                "masse | 重量 | 무게",
+                "masse | 重量 | 무게 | balance | scale | scales | waage | bilancia | balanza | báscula | balança | waga | våg",
+                "天平 | 저울",
                 "loadcell | lực | tải trọng | gaya | beban | القوة | बल | càrrega | натоварване | forţă | sarcină",
                 "opterećenje | 压力 | 壓力 | แรง | نیرو | כוח | fza | fuer | frz | push",
                 "reaction force | force reaction | reaktionskraft | force de réaction | fuerza de reacción | forza di reazione",
@@ -150,19 +151,24 @@ ONLY_WITH_UNIT = frozenset(
         "tastweg | extensomètre | extensometre | extensómetro | estensometro | 引伸计 | 伸び計 | 신율계 | kraftmessdose",
         "kraftaufnehmer | kraftsensor | capteur de force | célula de carga | cella di carico | dynamometer",
         "weight | gewicht | gewichtskraft | poids | peso | mass | masse | 重量 | 무게 | stage | stage z | hod",
+        "balance | scale | scales | waage | bilancia | balanza | báscula | balança | waga | våg | 天平 | 저울",
         "loadcell | beban | 压力 | 壓力 | dist | dep | desp | fza | fuer | frz | push | 容量 | ระยะ",
     )
     for name in names.split("|")
 )
-#: Names of a mass, that of a sample where it stands still.
-MASSES = _set("weight gewicht poids peso mass masse 重量 무게")
+#: Names of a mass and of what weighs it, that of a sample where it stands still.
+MASSES = _set(
+    "weight gewicht poids peso mass masse 重量 무게 balance scale scales waage bilancia balanza báscula balança waga våg 天平 "
+    "저울"
+)
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "zmierzone zmierzony gemeten indenter gross brutto ax vert compr"
+    "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
+    "expérimentale sperimentale expt"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(

@@ -11,7 +11,7 @@ from calib.errors import Choice
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import is_mass, is_unit_of
+from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import FUNCTION
 
 # So many different numbers at least has what moves.
@@ -20,6 +20,8 @@ _UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _LETTERS = {"displacement": "szuwxdh", "force": "fp"}
 # What was made of readings, or of how they scatter: "|Force|", "-Force", "Force + 2", "ln Force", "Force IQR".
 _MADE = re.compile(r"^\s*[-\u2212|]|[|+*^√²³=>]|(?<![^\W_])(?:abs|iqr|sem|cv)(?![^\W_])", re.IGNORECASE)
+# What is in g and no weight.
+_ACCELERATION = re.compile(r"acc|beschl|vibr|shock|imu|(?<![^\W\d_])[axyz](?![^\W\d_])", re.IGNORECASE)
 
 
 def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str]) -> list[str]:
@@ -60,7 +62,7 @@ def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
         return False
     unit = sheet.unit_written(index)
     if unit:
-        return is_unit_of(unit, quantity) and not is_mass(unit)
+        return is_unit_of(unit, quantity) and not (unit == "g" and _ACCELERATION.search(name))
     return name.lower() in tuple(_LETTERS[quantity])
 
 

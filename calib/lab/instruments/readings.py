@@ -130,8 +130,6 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         empty[np.flatnonzero(over)[dashes]] = True
         over &= ~empty
     rows += [(r, _without_reading(cells[r].strip())) for r in np.flatnonzero(over).tolist()]
-    if column.clock:
-        notes.append(f'time is taken from the time of day in "{name}"')
     return Readings(_times(number, column.factor), empty, tuple(rows), tuple(notes), tuple(faults))
 
 
@@ -168,7 +166,8 @@ def _clock(
 ) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
     """Seconds of times of day and the masks as of `_numbers`; a form that may be two is a fault."""
     read = clock_of(sheet, column.index, cells, reading)
-    notes += read.notes
+    name = sheet.names[column.index] or f"column {column.index + 1}"
+    notes += [*read.notes, f'time is taken from the {"time of day" if read.of_day else "durations"} in "{name}"']
     empty = np.isnan(read.seconds)
     none = np.zeros(len(cells), dtype=bool)
     if read.conflict:

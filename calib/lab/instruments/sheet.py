@@ -139,7 +139,7 @@ class Sheet:
         """The last unit in the name of a column or below it, "" if there is none."""
         cut = without_brackets(tidy(self.names[column]))
         inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
-        tail = re.search(r"[\s_,/]([^\s_,/]+)$", self.names[column].strip())
+        tail = re.search(r"[\s_,:|/]([^\s_,:|/]+)$", self.names[column].strip())
         written = tail[1] if tail is not None and looks_like_unit(tail[1]) else ""
         return self.unit_below(column) or (inside[-1] if inside else written)
 
@@ -179,9 +179,12 @@ class Sheet:
     def alone_in_unit(self) -> dict[int, Heading]:
         """The columns of names that are not understood, each the only one in a unit: cell index -> heading.
 
-        A letter F with more than any capacitor has is no farad but a force without a unit.
+        A letter F with more than any capacitor has is no farad but a force without a unit, and one of several in F, as of
+        "Oven 2 (F)", may be in degrees then.
         """
         found = alone_in_unit(self.names, tuple(map(self.unit_below, range(len(self.names)))))
+        numbered = [i for i, h in found.items() if (h.unit or self.unit_below(i)) == "F" and re.search(r"\d", self.names[i])]
+        found = {i: h for i, h in found.items() if not (i in numbered and self.columns and self._reaches(i, _NO_FARAD))}
         letters = [i for i, h in found.items() if self.names[i] == "F" == h.unit]
         if not letters or not self.columns or any(h.quantity == "force" for h in found.values()):
             return found

@@ -6,8 +6,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
+from calib.lab.instruments.brackets import no_record, words_in
+from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.numbers import is_missing
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand
 
 #: Words for what readings are multiplied by.
@@ -110,8 +113,24 @@ _RANGE = re.compile(
 )
 # Words of units that are words of a language, too.
 _WORDS = ("in", "d", "s", "m", "h", "a", "x", "-", "min", "#", "1", "none", "cycles", "c")
+_NO_UNITS = ("", "in", "a", "x", "-", "#", "1", "none", "cycles", "c")
 _ALL = re.compile(r"\b(?:all|values|readings|data|numbers|columns|everything|werte|daten|alle|valeurs|valores)\b", re.I)
 _QUANTITIES = ("force", "displacement", "capacitance", "time")
+# What a column is, behind its own name: "- force: normal force, millinewtons", "`disp` - depth in metres, positive down".
+_EXPLAINED = re.compile(
+    r"(?:[-*•+]\s+)?[`'\"]*(?P<name>[^\W\d][\w.]*(?: \w+)?)[`'\"]*"
+    r"(?:\s*[(\[](?P<unit>[^()\[\]]+)[)\]](?=\s*[:=–—-]\s*[^\W\d]\S*\s))?\s*(?:[:=]\s*|\s[-–—]\s+)(?P<text>[^\W\d].*)"
+)
+# What is told of an instrument or a test in the same way.
+_OF_INSTRUMENT = re.compile(
+    r"capacity|range|bereich|accura|genauigk|sensitiv|speed|rate(?![^\W\d_])|thresh|limit|full.?scale|trigger|steps?(?![^\W\d_])|"
+    r"interval|nominal|rated",
+    re.IGNORECASE,
+)
+_CLAUSES, _IN = (
+    re.compile(r"\s*[,;()\[\]]+\s*|\.\s+|\s[-–—]\s"),
+    re.compile(r"(?:.*\s)?(?:in|en|em)\s+(?:(?P<last>\S+)|(?P<unit>\S{2,})\s.*)", re.I),
+)
 
 # What a tester, a meter or its user calls it to set a zero anew, language by language: words, and those without blanks beside.
 _ZERO_WORDS = "|".join(
@@ -258,13 +277,51 @@ def stated_units(line: str) -> Iterator[tuple[str, str]]:
     ([('force', 'mN')], [])
     """
     match = _IN_UNIT.fullmatch(line.strip(" \t,;#%\"'")) if len(line) <= _LONGEST else None
-    if match is None:
+    explained = _explained(line)
+    if match is None or (explained is not None and _is_no_reading(*explained[:2])):
         return
     unit, quantity = match["unit"], quantity_of(match["before"])
     if quantity is None and unit not in _WORDS and _ALL.search(match["before"]):
         quantity = next((q for q in _QUANTITIES if is_unit_of(unit, q)), None)
     if quantity is not None and is_unit_of(unit, quantity) and unit not in ("-", "#", "x"):
         yield quantity, unit
+
+
+def explained_units(line: str) -> Iterator[tuple[str, str]]:
+    """The quantity and unit of a line that says what a column is behind its own name, and has the unit in one of its parts.
+
+    >>> list(explained_units("# displacement: indenter travel in metres, positive into the sensor"))
+    [('displacement', 'metres')]
+    >>> list(explained_units("# - force: normal force, millinewtons")), list(explained_units("force: maximum force, N"))
+    ([('force', 'millinewtons')], [])
+    """
+    explained = _explained(line)
+    if explained is None or _is_no_reading(*explained[:2]):
+        return
+    quantity, text, unit = explained
+    if _OF_INSTRUMENT.search(text) or stated_factors([text]):
+        return
+    parts = [part.strip(" .`'\"") for part in _CLAUSES.split(text)]
+    units = [unit, *(of["last"] or of["unit"] if (of := _IN.fullmatch(part)) is not None else part for part in parts)]
+    own = [unit for unit in units if unit.lower() not in _NO_UNITS and is_unit_of(unit, quantity)]
+    if len({lab_factor(unit, quantity) for unit in own}) == 1:
+        yield quantity, own[0]
+
+
+def _explained(line: str) -> tuple[str, str, str] | None:
+    """The quantity whose name begins a line, what the line says of it, and the unit in brackets between both."""
+    match = _EXPLAINED.fullmatch(line.strip(' \t,;#%/!"')) if len(line) <= _LONGEST else None
+    heading = understand(match["name"]) if match is not None else None
+    if match is None or heading is None or heading.unit is not None or heading.index or heading.name_doubt:
+        return None
+    quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    return (quantity, match["text"], match["unit"] or "") if quantity in _QUANTITIES else None
+
+
+def _is_no_reading(quantity: str, text: str) -> bool:
+    """Whether what is said of a column makes it no record of its quantity."""
+    said = DERIVED | RELATIVE if quantity == "capacitance" else DERIVED
+    return bool(no_record(text)) or any(word in said for word in words_in(text)) or is_of_another(text, quantity)
 
 
 def speaks_of_scale(text: str) -> bool:

@@ -100,6 +100,8 @@ def unit_in(name: str) -> str:
 
     >>> unit_in("Force ch1 (N)"), unit_in("Force_ch1_N"), unit_in("Force"), unit_in("Ram force/N"), unit_in("Slope N/mm")
     ('N', 'N', '', 'N', 'N/mm')
+    >>> unit_in("Ext,mm"), unit_in("Krag: N"), unit_in("Weg|mm"), unit_in("Rate,N/mm")
+    ('mm', 'N', 'mm', 'N/mm')
     """
     cut = without_brackets(tidy(name))
     inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
@@ -107,7 +109,7 @@ def unit_in(name: str) -> str:
     of_reading = by_stroke is not None and any(is_unit_of(by_stroke["unit"], quantity) for quantity in _QUANTITIES)
     if by_stroke is not None and of_reading and not looks_like_unit(by_stroke["last"]) and not are_counts(by_stroke["last"]):
         return by_stroke["unit"]
-    tail = name.replace("_", " ").split()[-1:]
+    tail = re.split(r"[\s_,:|]+", name)[-1:]
     return inside[-1] if inside else next((word for word in tail if looks_like_unit(word)), "")
 
 

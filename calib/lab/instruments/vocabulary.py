@@ -27,7 +27,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
-from calib.lab.instruments.lexicon import MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
+from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
@@ -98,8 +98,21 @@ _NORMAL_FORCE = re.compile(
 )
 # What an LCR meter measures, at a frequency and a voltage that may stand beside its name.
 _OF_A_METER = ("capacitance", "capacitance_series", "dissipation", "quality")
+# Which of its values a meter shows, before what it is: "Primary (Cp)", "Param 1: Cs", "Secondary (D)".
+_OF_ITS_VALUES = re.compile(
+    r"(?:primary|secondary|main|sub|prim?\.?|sec\.?|(?:param(?:eter)?|value|display|measurement) ?[1-4A-D])"
+    r"(?: (?:param(?:eter)?|value|display|measurement))?\s*"
+    r"(?:[(\[](?P<inside>[^()\[\]]+)[)\]]|[:=-]\s*(?P<behind>[^\s()\[\]]+))(?P<rest>.*)",
+    re.IGNORECASE,
+)
 #: A function of what was measured.
 FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
+# "Force exp (N)", "F_exp (N)", "Force (exp.) [N]", "exp. force (N)": of the experiment, as its unit tells; "exp(F)" has none.
+_OF_EXPERIMENT = re.compile(
+    r"(?P<before>[^()\[\]]*[^\W\d_])(?:[\s_,-]+exp\.?|\s*[(\[]exp\.?[)\]])(?P<behind>(?:[\s_,/]*[(\[]|[\s_,/]+)[^\W\d_]+[)\]]?|)|"
+    r"exp(?:\.\s?|[\s_])(?P<name>[^\W\d].*)",
+    re.IGNORECASE,
+)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -310,6 +323,9 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     cell, unit_below : as of `understand`.
     """
     cell = _without_its_index(cell, unit_below)
+    measured = _without_experiment(tidy(cell)) if quantity in NEEDS_UNIT[1:] else cell
+    of_quantity = any(unit and is_unit_of(unit, quantity) for unit in (unit_below, *_units_written(measured)))
+    cell = measured if measured != cell and of_quantity else cell
     cell = without_conditions(tidy(cell))[0] if quantity in _OF_A_METER else tidy(cell)
     cut = without_brackets(cell)
     outside, brackets = cut if cut is not None else (cell, ())
@@ -324,6 +340,27 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+def is_of_experiment(cell: str) -> bool:
+    """Whether "exp" in a name is read as a word for the experiment, as it is beside a unit of what stands there.
+
+    >>> is_of_experiment("Force exp (N)"), is_of_experiment("exp(F) (N)"), is_of_experiment("Exp. time (s)")
+    (True, False, False)
+    """
+    return _without_experiment(tidy(cell)) != tidy(cell) and understand(cell) is not None
+
+
+def _without_experiment(cell: str) -> str:
+    """A cell without the word that says that its column is of the experiment: "Force (N)" of "Force exp (N)"."""
+    match = _OF_EXPERIMENT.fullmatch(cell)
+    return cell if match is None else match["name"] or f"{match['before']}{match['behind']}"
+
+
+def _units_written(cell: str) -> list[str]:
+    """What may be the unit of a cell: its brackets, and the word behind its name."""
+    cut = without_brackets(cell)
+    return [*cut[1], *(tail for _, tail in _with_tail(cut[0]))] if cut is not None else []
 
 
 def unit_of_normal_force(cell: str, unit_below: str = "") -> str:
@@ -360,6 +397,15 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if of_run is not None and not understand(cell[: of_run.start("name")]):
         found = _interpret(of_run["name"], unit_below)
         return replace(found, index=found.index or of_run["index"] or "") if isinstance(found, Heading) else found
+    if (measured := _without_experiment(cell)) != cell:
+        found = _interpret(measured, unit_below)
+        of_quantity = isinstance(found, Heading) and is_unit_of(found.unit or unit_below or "?", found.quantity)
+        if isinstance(found, Heading) and of_quantity and found.quantity in NEEDS_UNIT[1:]:
+            return found
+    if (of_value := _OF_ITS_VALUES.fullmatch(cell)) is not None:
+        found = _interpret(f"{of_value['inside'] or of_value['behind']}{of_value['rest']}", unit_below)
+        if isinstance(found, Heading) and found.quantity in _OF_A_METER:
+            return found
     plain, conditions = without_conditions(cell)
     if conditions:
         found = _interpret(plain, unit_below)
@@ -527,7 +573,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
-    if not fitting and (name in ONLY_WITH_UNIT or ("stage" in name.split() and name not in NAMES["displacement"])):
+    of_place = "stage" in name.split() and name not in NAMES["displacement"]
+    if not fitting and (name in ONLY_WITH_UNIT or of_place or not MASSES.isdisjoint(name.split())):
         other = kind_of_unit(unit_below or (written[-1] if written else ""))
         return f"{other}: not used" if other and not other.startswith("in ") else "not understood"
     meaning = (fitting or list(readings))[0]

@@ -371,3 +371,118 @@ def test_a_capacitance_read_without_the_press_beside_it_says_by_which_options_th
 def test_of_a_column_that_stands_still_or_is_in_another_unit_nothing_is_said(tmp_path: Path, header: str) -> None:
     table = read(tmp_path, header, TIME, CAPACITANCE, np.full(N, 3.0) if "mm" in header else FORCE)
     assert not any(" is read; " in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time,s  Load,N  Ext,mm",
+        "Tyd|s  Krag|N  Verplasing|mm",
+        "Time:s  Load:N  Reise:mm",
+        '"Time,s","Load,N","Ext,mm"',
+        "Elapsed (s),FUTEK LSB200 (N),Stage M-406 (mm)",
+        "Zeit [s],Krag U9C [N],Tisch M-227.10 [mm]",
+        "t_s,F_N,Tisch LK-H050_mm",
+    ],
+)
+def test_a_unit_behind_a_mark_and_a_model_beside_a_word_leave_a_column_the_only_one_in_its_unit(
+    tmp_path: Path, header: str
+) -> None:
+    sep = "  " if "  " in header else ","
+    rows = [sep.join(f"{column[k]:.4f}" for column in (TIME, FORCE, DEPTH)) for k in range(N)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join([header, *rows, ""]))
+    table = read_lab_file(path, Reading())
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any("displacement is taken from" in note and "the only column in mm" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Lateral M-406 (mm)",
+        "Target M-406 (mm)",
+        "Tisch 2 (mm)",
+        "Tisch S-101 (mm)",
+        "Thickness,mm",
+        "Rate,N/mm",
+        "Verplasing max,mm",
+    ],
+)
+def test_a_specimen_another_length_or_a_rate_is_no_displacement(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, f"Time (s);Load (N);{name}", TIME, FORCE, DEPTH)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Representation Parameter 2", "F"),
+        ("Capacitance C1", "F"),
+        ("Param 2", "pF"),
+        ("Trace1", "nF"),
+        ("Sensor element 4", "fF"),
+    ],
+)
+def test_a_numbered_value_of_a_meter_alone_in_farads_is_read_with_a_note(tmp_path: Path, name: str, unit: str) -> None:
+    size = {"F": 1e-12, "pF": 1.0, "nF": 1e-3, "fF": 1e3}[unit]
+    rows = [f"{t:.1f},{c * size:.6e},{1e6 + t:.3f}" for t, c in zip(TIME, CAPACITANCE, strict=True)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"Time (s),{name} ({unit}),{name[:-1]}3 (Ohm)", *rows, ""]))
+    table = read_lab_file(path, Reading())
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, rtol=1e-5)
+    assert any("capacitance is taken from" in note and f"the only column in {unit}" in note for note in table.notes)
+
+
+def test_a_numbered_series_capacitance_stays_one(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s),Series capacitance C1 (pF),D", TIME, CAPACITANCE, 0.1 + 0 * TIME)
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE / 1.01, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Capacitance C0 (F)",
+        "Stray capacitance 1 (F)",
+        "Range 2 (F)",
+        "Cable C1 (F)",
+        "Ref 1 (F)",
+        "Delta Cap 1 (F)",
+        "Temperature 2 (F)",
+        "Force 1 (F)",
+    ],
+)
+def test_what_is_numbered_and_no_capacitance_of_a_sample_is_not_taken(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, f"Time (s),{name}", TIME, CAPACITANCE)
+
+
+def test_a_numbered_temperature_in_fahrenheit_beside_a_press_is_passed_by(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s),Extension (mm),Force (N),Oven 2 (F)", TIME, DEPTH, FORCE, 70 + FORCE)
+    assert "capacitance" not in table.columns
+    assert any("Oven 2 (F)" in row.what for row in table.unread)
+
+
+def test_a_numbered_value_beside_another_capacitance_is_not_taken(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s),Cp (pF),Parameter 2 (pF)", TIME, CAPACITANCE, 2 * CAPACITANCE)
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+    with pytest.raises(InputError, match="no capacitance column"):
+        read(tmp_path, "Time (s),Parameter 1 (pF),Parameter 2 (pF)", TIME, CAPACITANCE, 2 * CAPACITANCE)
+
+
+@pytest.mark.parametrize("names", ["Primary (Cp),Unit,Secondary (D)", "Param 1: Cp,Unit,Param 2: D", "Cp,Unit,D"])
+def test_a_value_of_a_meter_is_what_its_brackets_say_and_its_unit_stands_in_each_row(tmp_path: Path, names: str) -> None:
+    rows = [f"{t:.1f},{c * 1e-12:.5e},F,0.0012" for t, c in zip(TIME, CAPACITANCE, strict=True)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([f"Time (s),{names}", *rows, ""]))
+    table = read_lab_file(path, Reading())
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, rtol=1e-4)
+    np.testing.assert_allclose(table.columns["dissipation"], 0.0012)
+
+
+def test_a_series_value_of_a_meter_is_one_and_a_resistance_is_none(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s),Primary (Cs) (pF),Secondary (D)", TIME, CAPACITANCE, 0.1 + 0 * TIME)
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE / 1.01, rtol=1e-5)
+    with pytest.raises(InputError):
+        read(tmp_path, "Time (s),Primary (Rp)", TIME, CAPACITANCE)

@@ -86,7 +86,16 @@ def test_a_clock_over_midnight_and_noon_is_the_time_whatever_it_is_called(tmp_pa
     ],
 )
 def test_durations_as_programs_write_them_need_no_unit(tmp_path: Path, cell: Callable[[int], str]) -> None:
-    assert_time(read(tmp_path, "elapsed", cell))
+    for name in ("elapsed", "dauer"):
+        table = read(tmp_path, name, cell)
+        assert_time(table)
+        assert not any("time of day" in note or "times of day" in note for note in table.notes)
+
+
+def test_a_time_of_day_is_called_one_and_minutes_with_seconds_are_durations(tmp_path: Path) -> None:
+    assert 'time is taken from the time of day in "Time"' in read(tmp_path, "Time", form("%H:%M:%S.%f3")).notes
+    table = read(tmp_path, "Time", lambda i: f"{i // 600:02d}:{0.1 * (i % 600):04.1f}")
+    assert 'time is taken from the durations in "Time"' in table.notes
 
 
 def test_cells_of_a_time_that_are_no_times_are_not_asked_for_a_unit_and_can_be_left_out(tmp_path: Path) -> None:

@@ -1184,6 +1184,41 @@ def test_mat_as_importdata_of_matlab_gives_it_is_named_by_the_headers_of_its_col
     assert 'the columns are named by "A.colheaders"' in table.notes
 
 
+@pytest.mark.parametrize("nested", [False, True])
+def test_mat_with_names_and_units_beside_a_matrix(tmp_path: Path, nested: bool) -> None:
+    path = tmp_path / "a.mat"
+    names, units = (np.array(words, dtype=object) for words in (["Time", "Extension", "Force"], ["s", "mm", "mN"]))
+    members = {"data": np.column_stack([TIME, DEPTH, FORCE * 1e3]), "units": units, "labels": names}
+    savemat(path, {"press": members} if nested else members)
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert any("the columns are named by" in note and 'labels"' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("member", ["name", "label"])
+def test_mat_with_a_list_of_structs_of_one_named_column_each(tmp_path: Path, member: str) -> None:
+    path = tmp_path / "a.mat"
+    columns = [("Time", "s", TIME), ("Extension", "mm", DEPTH), ("Force", "mN", FORCE * 1e3)]
+    kinds = [(member, "O"), ("unit", "O"), ("data", "O")]
+    channels = np.array(columns, dtype=kinds)
+    savemat(path, {"channels": channels, "operator": "A. B."})
+    assert_truth(read_lab_file(path))
+    whole = [(f"{name} ({unit})", values) for name, unit, values in columns]
+    savemat(path, {"rec": {"ch": np.array(whole, dtype=[kinds[0], kinds[2]])}})
+    assert_truth(read_lab_file(path))
+
+
+def test_mat_with_a_list_of_structs_of_which_two_have_one_name_or_one_a_factor_is_not_joined(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    for columns in (
+        [("Time", "s", 1.0, TIME), ("Extension", "mm", 1.0, DEPTH), ("Force", "N", 10.0, FORCE)],
+        [("Time", "s", "a", TIME), ("Extension", "mm", "b", DEPTH), ("Time", "N", "c", FORCE)],
+    ):
+        kinds = [("name", "O"), ("unit", "O"), ("gain", "O"), ("data", "O")]
+        savemat(path, {"channels": np.array(columns, dtype=kinds)})
+        assert "parts of the file is a record" in refusal(path)
+
+
 def test_mat_with_two_lists_of_names_that_differ_is_named_by_none(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     other = np.array([HEADER[0], HEADER[2], HEADER[1]], dtype=object)

@@ -176,7 +176,21 @@ def test_meganewtons_and_millinewtons_are_not_told_apart_by_capitals(tmp_path: P
     assert option(fault.advice, "units") == {"force": "mN"}
 
 
-@pytest.mark.parametrize("name", ["Weight (g)", "weight_g", "Gewicht (g)", "Mass [g]", "Poids (g)", "Net weight (g)"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Weight (g)",
+        "weight_g",
+        "Gewicht (g)",
+        "Mass [g]",
+        "Poids (g)",
+        "Net weight (g)",
+        "balance/g",
+        "Scale (g)",
+        "Waage [g]",
+        "scale reading (g)",
+    ],
+)
 def test_what_a_balance_below_the_sample_shows_is_a_force(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(100 * FORCE), C)
     np.testing.assert_allclose(table.columns["force"], np.round(100 * FORCE, 4) * 9.80665e-3)
@@ -200,11 +214,35 @@ def test_a_column_that_can_be_nothing_but_a_load_is_not_asked_for(tmp_path: Path
     assert "force" in read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(noise), C).columns
 
 
-@pytest.mark.parametrize("column", [("Weight (g)", ["12.5"] * N), ("Weight", F), ("Acceleration (g)", F)])
+@pytest.mark.parametrize(
+    "column",
+    [
+        ("Weight (g)", ["12.5"] * N),
+        ("Weight", F),
+        ("Acceleration (g)", F),
+        ("Scale", F),
+        ("Scale (%)", F),
+        ("Balance (V)", F),
+        ("Scale (g)", ["12.5"] * N),
+    ],
+)
 def test_the_mass_of_a_sample_and_other_weights_are_no_force(tmp_path: Path, column: tuple[str, Sequence[str]]) -> None:
     table = read(tmp_path, f"Time (s),Depth (mm),Cp (pF),{column[0]}", T, D, C, column[1])
     assert "force" not in table.columns
     assert column[0] in reasons(table)
+
+
+@pytest.mark.parametrize("name", ["Kern PCB (g)", "Laborwaage 2 (g)", "Mettler out (kg)"])
+def test_a_column_in_grams_that_moves_is_named_where_no_force_is_read(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(FORCE), C)
+    assert "force" not in table.columns
+    assert any("no force is read" in note and f'--columns "force={name}"' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["Acceleration (g)", "Vibration 2 (g)", "a (g)"])
+def test_an_acceleration_is_not_named_as_a_force(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s),Depth (mm),{name},Cp (pF)", T, D, cells(FORCE), C)
+    assert not any("no force is read" in note for note in table.notes)
 
 
 # ------------------------------------------------------------------------------------------------------------------- time

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from calib.lab.instruments.arrays import ArrayColumn, Source, array_part
 from calib.lab.instruments.matlab import Unreadable, Variable, variables
 from calib.lab.instruments.part import Format, Part, damaged
+from calib.lab.instruments.units import looks_like_unit
 
 # "MATLAB 5.0 MAT-file"; of version 7.3 a beta of MATLAB wrote "7.0".
 _NAMED = re.compile(rb"MATLAB \d\.\d MAT-file")
@@ -24,6 +25,8 @@ _FEW_ROWS = 20
 
 # What a struct calls the unit of its one column, force.data and force.unit, or those of all: data.units.force.
 _UNIT = ("unit", "units", "einheit")
+# What each struct of a list calls its name: channels(2).name.
+_NAME = ("name", "label", "title", "channel", "signal", "bezeichnung")
 
 
 def recognise(head: bytes, path: Path) -> bool:
@@ -82,6 +85,7 @@ def _parts(
     """The parts of a struct, or of the file itself without a name; units are those of a struct beside, else of one above."""
     units = {**above_units, **_units_of_members(members)}
     columns: dict[int, list[ArrayColumn]] = {}
+    listed: dict[tuple[str, int], list[ArrayColumn]] = {}
     matrices: dict[str, npt.NDArray[Any]] = {}
     lists: dict[str, list[str]] = {}
     above: list[str] = []
@@ -89,10 +93,13 @@ def _parts(
         own = f"{name}.{key}" if name else key
         if isinstance(value, dict) and (signal := _signal(key, value)) is not None:
             columns.setdefault(signal.values.size, []).append(signal)
-            said = ((member, text) for member, text in value.items() if isinstance(text, str) and member.lower() not in _UNIT)
-            above += [f"{key} {member}\t{' '.join(text.split())[:200]}".replace('"', "'") for member, text in said]
+            above += _said_of(key, value)
         elif isinstance(value, dict):
             yield from _parts(own, value, where, depth + 1, units)
+        elif isinstance(value, list) and isinstance(value[0], dict) and (channels := _channels(value)):
+            for channel, element in zip(channels, value, strict=True):
+                listed.setdefault((own, channel.values.size), []).append(channel)
+                above += _said_of(channel.name, element)
         elif isinstance(value, list) and isinstance(value[0], dict):
             for k, element in enumerate(value, 1):
                 yield from _parts(f"{own}({k})", element, where, depth + 1, units)
@@ -118,6 +125,9 @@ def _parts(
         title = name or "columns"
         own = title if len(columns) == 1 else f"{title}, {size} rows"
         yield array_part(_named(where, own), found, above=above)
+    for (own, size), found in listed.items():
+        title = own if sum(of == own for of, _ in listed) == 1 else f"{own}, {size} rows"
+        yield array_part(_named(where, title), found, above=above)
     for own, matrix in matrices.items():
         yield _matrix(_named(where, own), matrix, lists, above)
     used = _names_for(matrices, lists)
@@ -143,6 +153,24 @@ def _signal(key: str, members: Mapping[str, Variable]) -> ArrayColumn | None:
     return ArrayColumn(key, units[0], values.ravel())
 
 
+def _said_of(key: str, members: Mapping[str, Variable]) -> list[str]:
+    """The words about a column that stand beside it, as lines."""
+    said = ((m, text) for m, text in members.items() if isinstance(text, str) and m.lower() not in (*_UNIT, *_NAME))
+    return [f"{key} {member}\t{' '.join(text.split())[:200]}".replace('"', "'") for member, text in said]
+
+
+def _channels(elements: Sequence[Mapping[str, Variable]]) -> list[ArrayColumn]:
+    """The columns that a list of structs holds, one in each with its name, and its unit if it has one; [] if it is another."""
+    found: list[ArrayColumn] = []
+    for element in elements:
+        names = [value for member, value in element.items() if member.lower() in _NAME and isinstance(value, str)]
+        unit_there = any(member.lower() in _UNIT for member in element)
+        signal = _signal(names[0], element if unit_there else {**element, _UNIT[0]: ""}) if len(names) == 1 else None
+        found += [signal] if signal is not None and signal.name else []
+    alone = len({column.name for column in found}) == len(found) == len(elements)
+    return found if alone else []
+
+
 def _names_for(matrices: Mapping[str, npt.NDArray[Any]], lists: Mapping[str, list[str]]) -> set[str]:
     return {key for key, words in lists.items() if any(len(words) == _upright(matrix).shape[1] for matrix in matrices.values())}
 
@@ -158,12 +186,17 @@ def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[st
     fitting = [(key, words) for key, words in lists.items() if len(words) == upright.shape[1]]
     # `importdata` of MATLAB gives the names of the columns, and the lines above the numbers, which may be the same.
     fitting = [(key, words) for key, words in fitting if key.split(".")[-1] == "colheaders"] or fitting
+    # Units beside names: labels and units.
+    units = [words for _, words in fitting if all(map(looks_like_unit, filter(None, words))) and any(words)]
+    unit = units[0] if len(units) == 1 < len(fitting) else [""] * upright.shape[1]
+    fitting = [(key, words) for key, words in fitting if words is not unit]
     fitting = fitting[:1] if len({tuple(words) for _, words in fitting}) == 1 else fitting
     names = [str(k + 1) for k in range(upright.shape[1])]
     if len(fitting) == 1:
         key, names = fitting[0]
         notes.append(f'the columns are named by "{key}"')
-    columns = [ArrayColumn(own, "", upright[:, k]) for k, own in enumerate(names)]
+    said = unit if len(fitting) == 1 else [""] * len(names)
+    columns = [ArrayColumn(own, said[k], upright[:, k]) for k, own in enumerate(names)]
     return array_part(where, columns, above=above if len(fitting) == 1 else (), notes=notes, named=len(fitting) == 1)
 
 
