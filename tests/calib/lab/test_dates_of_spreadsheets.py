@@ -93,7 +93,15 @@ def test_days_of_a_calendar_are_read_in_the_unit_of_days(tmp_path: Path, name: s
     np.testing.assert_allclose(table.columns["time"] - table.columns["time"][0], 0.1 * np.arange(N), atol=1e-3)
 
 
-@pytest.mark.parametrize(("start", "unit"), [(2_460_371.25, "day"), (45_382.25, "day"), (12.0, "s")])
-def test_the_note_on_a_column_that_may_be_the_time_names_the_unit_that_works(tmp_path: Path, start: float, unit: str) -> None:
-    table = read(tmp_path, "Serial", [f"{start + 0.1 * i / 86_400:.12f}" for i in range(N)])
+_SECOND = 1 / 86_400
+
+
+@pytest.mark.parametrize(
+    ("start", "second", "unit"),
+    [(2_460_371.25, _SECOND, "day"), (45_382.25, _SECOND, "day"), (12.0, _SECOND, "day"), (12.0, 1.0, "s")],
+)
+def test_the_note_on_a_column_that_may_be_the_time_names_the_unit_that_works(
+    tmp_path: Path, start: float, second: float, unit: str
+) -> None:
+    table = read(tmp_path, "Serial", [f"{start + 0.1 * i * second:.12f}" for i in range(N)])
     assert any(f"--columns time=Serial --units time={unit}" in note for note in table.notes)
