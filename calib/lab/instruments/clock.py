@@ -97,6 +97,10 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     bad = (parts[:, 0] >= last) | (parts[:, 1] >= 60) | ((parts[:, 2] >= 61) & (meant == "h:min:s"))
     parts = np.where(bad[:, np.newaxis], np.nan, parts)
     values = np.asarray(weights[0] * parts[:, 0] + weights[1] * parts[:, 1])
+    # "59:59.9" and then "1:00:00.0": from the first full hour on hours stand before the minutes.
+    with_hours = np.isfinite(parts[:, 2])
+    with_hours &= meant == "min:s" and bool(np.any(np.isfinite(parts[:, 1]) & ~with_hours))
+    values = np.where(with_hours, parts @ np.array(FORMS["h:min:s"]), values)
     if weights[2]:
         values = values + weights[2] * parts[:, 2]
     values = values + parsed.fraction
@@ -110,7 +114,9 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         if meant == "min:s":
             falls = np.diff(values[there], prepend=values[there][:1]) < -0.8 * 3600
             values[there] += 3600 * np.cumsum(falls)
-            notes.append("times are read as minutes and seconds" + (", falling where an hour is full" if np.any(falls) else ""))
+            and_then = ", falling where an hour is full" if np.any(falls) else ""
+            and_then = ", with hours before them where there are three" if np.any(with_hours) else and_then
+            notes.append(f"times are read as minutes and seconds{and_then}")
         elif parsed.days:
             notes.append("times are read as days, hours, minutes and seconds")
         elif meant != "h:min:s":

@@ -32,7 +32,7 @@ from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
-from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock
+from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock, twin_axes
 from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.press_unread import notes_on_press
@@ -249,7 +249,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear + shows_deviations(sheet, places["capacitance"])
     notes += level_told(sheet, places[meter]) if (meter := next((q for q in _LEVELS if q in values), "")) else ()
-    faults += of_another_clock(sheet, places) or second_clock(sheet, places, values, unread, reading)
+    faults += (
+        of_another_clock(sheet, places)
+        or second_clock(sheet, places, values, unread, reading)
+        or twin_axes(sheet, places, unread, reading)
+    )
     notes += of_one_time(sheet, places)
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:

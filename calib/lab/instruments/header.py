@@ -505,6 +505,8 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
     {'time': ('ms', 1), 'force': ('kN', 2)}
     >>> dict(declared_units(["# units: s mm N"])), dict(declared_units(["Units: N m"]))
     ({'time': ('s', 1), 'displacement': ('mm', 1), 'force': ('N', 1)}, {})
+    >>> dict(declared_units(["Units: time in s, displacement in um"]))
+    {'time': ('s', 1), 'displacement': ('um', 1)}
     """
     declared: dict[str, tuple[str, int]] = {}
     lengths: dict[str, tuple[str, int]] = {}
@@ -517,6 +519,10 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
                 or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
                 or list(explained_units(line))
             )
+            _declare(declared, own, number)
+            continue
+        sentence = _UNIT_WORD.sub("", line).strip(" \t:=")
+        if own := (_stated_each(sentence) or list(stated_units(sentence))):
             _declare(declared, own, number)
             continue
         parts = [p for part in parts if (p := _UNIT_WORD.sub("", part).strip())]

@@ -26,6 +26,7 @@ _LOST = 3
 _UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _PRESS = ("displacement", "force")
+_READ = (*_PRESS, "capacitance", "capacitance_series")
 _TIME_WORDS = ("time", "t", "zeit", "clock", "timer", "temps", "tiempo", "tempo", "tijd", "czas", "tid")
 
 
@@ -122,6 +123,43 @@ def second_clock(
         advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
+    return []
+
+
+def twin_axes(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str], reading: Reading) -> list[Fault]:
+    """Refuse readings over two columns of one name, `X,Load (N),X,Ext (mm)`, that are not understood, rise, and differ.
+
+    What stands behind each was read over it, so that the readings of a row are not of one moment.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    unread : index -> why a column is not read.
+    reading : what the user says of the file.
+    """
+    by_name: dict[str, list[int]] = {}
+    for index, name in enumerate(sheet.names):
+        is_time = index == places.get("time", -1)
+        if name and index not in sheet.set_aside and (is_time or unread.get(index, "").startswith(_UNKNOWN)):
+            by_name.setdefault(name.strip().lower(), []).append(index)
+    for first, second in (twins[:2] for twins in by_name.values() if len(twins) > 1):
+        ahead = [q for q, i in places.items() if q in _READ and first < i < second]
+        behind = [q for q, i in places.items() if q in _READ and i > second]
+        if not ahead or not behind or {*behind} <= {*reading.columns}:
+            continue
+        one, other = readings([sheet.columns[first], sheet.columns[second]], [1.0, 1.0], sheet.declared_decimal)
+        rise = all(np.mean(np.diff(v) > 0) >= _MOVES for v in (one, other))
+        if not rise or difference(one, other)[0] == "same":
+            continue
+        name = sheet.names[first]
+        message = f'"{name}" stands twice (columns {first + 1} and {second + 1}), and both rise and differ: '
+        message += "which readings belong to one moment is not told"
+        advice = "Bring all readings to one clock and save them with that alone"
+        # A load alone is no press.
+        if ahead != ["force"]:
+            advice += f", or leave the second pair out: {' '.join(str(Choice('columns', ('none',), q)) for q in behind)}"
+        return [Fault(message, sheet.text.path, sheet.header_line or None, second + 1, advice=advice)]
     return []
 
 

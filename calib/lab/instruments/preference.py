@@ -16,7 +16,7 @@ from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, ho
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
 from calib.lab.instruments.unit_choice import unit_of_column
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import Heading, as_a_record, why_unread, words
 from models.sensor import FloatArray
 
@@ -38,6 +38,8 @@ _CONSTANT = 1e-3
 _COARSE = 5.0
 # Largest difference of a reading from one that was rounded to a last digit, as a share of half of that.
 _LITTLE = 1.02
+# A column is the sum of others within such a share of the span.
+_OF_A_SUM = 0.01
 _WRITTEN = re.compile(r"[+\-\u2212]?\d+(?:[.,](?P<decimals>\d*))?")
 _SAME = "the same readings"
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
@@ -121,6 +123,7 @@ def best_of(
                 choice=this,
             )
         )
+    faults += _in_parts(sheet, quantity, best, others) if not faults else []
     if best.heading.processed and quantity in _DECISIVE:
         found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
     return best, Remarks({**unread, **found.unread}, (*found.notes, *rounded), tuple(faults))
@@ -137,6 +140,26 @@ def _not_understood_in_its_unit(sheet: Sheet, quantity: str, candidates: Sequenc
         and why_unread(name, sheet.unit_below(i)) == "not understood"
         and not stands_still(_readings_alone(sheet, i))
     ]
+
+
+def _in_parts(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[PossibleColumn]) -> list[Fault]:
+    """The fault of columns that agree, as cells that share a load do, where one that is not understood is their sum."""
+    parts = {c.index: c.values for c in (best, *others) if c.values is not None}
+    if quantity != "force" or len(parts) < 2 or best.index in sheet.assigned:
+        return []
+    total = np.sum(list(parts.values()), axis=0)
+    for index in _also_in_its_unit(sheet, quantity, parts):
+        factor = lab_factor(sheet.unit_written(index), quantity)
+        (whole,) = readings([sheet.columns[index]], [factor], sheet.declared_decimal)
+        there = np.isfinite(whole) & np.isfinite(total)
+        if there.sum() < 3 or np.max(np.abs(whole - total)[there]) > _OF_A_SUM * np.ptp(total[there]):
+            continue
+        choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (index, *parts)), quantity)
+        listed = ", ".join(f'"{sheet.names[i]}"' for i in parts)
+        message = f'"{sheet.names[index]}" is the sum of {listed}: cells that share the load, or one that counts it twice'
+        advice = f"Say which one is the load: {choice}"
+        return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=choice)]
+    return []
 
 
 def _less_than(

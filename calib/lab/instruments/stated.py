@@ -84,6 +84,24 @@ _COUNTS = re.compile(
     rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,;()]+)",
     re.IGNORECASE,
 )
+# "Time unit: 100 ms", "Time in units of 100 ms", "Unit of time: 100 ms"; a time without the word is an interval, or how long.
+_TIME_UNIT = re.compile(
+    rf"(?:\b(?:time|zeit|temps|tiempo|tempo)[ _-]?(?:in )?(?:units?|einheit(?:en)?|base)\b|"
+    rf"\b(?:units?|einheit) (?:of|der) (?:time|zeit)\b)[^\d]*?(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,;()]+)",
+    re.IGNORECASE,
+)
+# "displayed value x 0.01 = N", "counter x 0.1 = s", "reading * 0.01 N", "Force scale factor: 0.01 N/unit", "Kraft in 0,01 N".
+_BY_UNIT = (
+    re.compile(
+        rf"(?P<what>.*?)\b(?:values?|readings?|counters?|counts?|displayed|columns?|raw|numbers?|werte?|anzeige|ablesung)\b"
+        rf"[^\d=]*?[x×*·/÷]\s*(?P<number>{_NUMBER})\s*(?:=\s*)?(?:in\s+)?(?P<unit>[^\W\d]\w*)\s*",
+        re.IGNORECASE,
+    ),
+    re.compile(
+        rf"(?P<what>[^\d]*?)\s(?P<number>{_NUMBER})\s*(?P<unit>[^\W\d]+)\s*/\s*(?:unit|count|digit|lsb|div|bit|step)s?\s*", re.I
+    ),
+    re.compile(rf"(?P<what>[^\d]*?)\b(?:in|en|em)\s+(?P<number>{_NUMBER})\s*(?P<unit>[^\W\d]+)\s*", re.IGNORECASE),
+)
 _STEPS_OF_READING = re.compile(r"resol|auflös|précision|risol|least|smallest", re.IGNORECASE)
 #: Factors of something else than the readings.
 OF_OTHERS = re.compile(
@@ -196,9 +214,19 @@ def _factors_of(line: str) -> tuple[str, ...]:
         if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(scale[0]) is None:
             rest = line[scale.end() :][number.end() :]
             return (next((q for part in (rest, line[: scale.start()]) if (q := quantity_of(part))), ""),)
+    tick = _TIME_UNIT.search(line)
+    if tick is not None and is_unit_of(tick["unit"], "time") and not _is_one(tick["number"]):
+        return ("time",)
     counts = _COUNTS.search(line)
     if counts is not None and not _STEPS_OF_READING.search(line):
         return tuple(q for q in _QUANTITIES[:3] if is_unit_of(counts["unit"], q) and not _is_one(counts["number"]))
+    for pattern in _BY_UNIT:
+        match = pattern.fullmatch(line)
+        of = quantity_of(match["what"]) if match is not None else None
+        # Of what is named the first words may be those of another factor, but not those of a time.
+        known = match is not None and (of == "time" or not OF_OTHERS.search(match["what"]))
+        if match is not None and known and of is not None and is_unit_of(match["unit"], of) and not _is_one(match["number"]):
+            return (of,)
     for pattern in _OTHERWISE:
         match = pattern.match(line)
         if match is not None and not _is_one(match["number"]) and not OF_OTHERS.search(line):

@@ -851,3 +851,13 @@ def test_a_press_that_is_corrected_beside_the_raw_one_is_a_choice_unless_by_its_
 def test_a_filtered_capacitance_beside_the_raw_one_is_no_choice(tmp_path: Path) -> None:
     table = read(tmp_path, [("Time (s)", T), ("C (pF)", C), ("C_filtered (pF)", cells(CAP + 0.05 * np.sin(50 * TIME)))])
     assert table.sources["capacitance"] == "C (pF)"
+
+
+@pytest.mark.parametrize("names", [("Load A (N)", "Load B (N)", "Load A+B (N)"), ("F1 (N)", "F2 (N)", "Fsum (N)")])
+def test_of_cells_that_share_the_load_equally_the_sum_is_asked_about(tmp_path: Path, names: tuple[str, str, str]) -> None:
+    half = 0.5 * FORCE
+    columns = [*TESTER[:2], (names[0], cells(half + 0.002)), (names[1], cells(half - 0.002)), (names[2], F)]
+    error = refused(tmp_path, columns)
+    assert f'"{names[2]}" is the sum of' in str(error)
+    table = read(tmp_path, columns, columns={"force": names[2]})
+    np.testing.assert_allclose(table.columns["force"], force_of(F))

@@ -343,3 +343,11 @@ def test_days_of_a_spreadsheet_under_the_name_of_a_force_are_refused(tmp_path: P
     assert "as days since 1899 or 0 do" in refusal(path)
     path.write_text("\n".join(["Time (days);Extension (mm);Load (N)", *rows]) + "\n")
     assert read_lab_file(path).columns["force"][0] == pytest.approx(0.3)
+
+
+def test_minutes_and_seconds_that_have_hours_before_them_from_the_first_full_hour_on_go_on(tmp_path: Path) -> None:
+    """As clocks that leave the hours away while there are none: 59:59.9, then 1:00:00.0."""
+    since = 3600.0 - 0.1 * (N - 10) + 0.1 * np.arange(N)
+    times = [f"{t // 60:.0f}:{t % 60:04.1f}" for t in (since[:-10] + 0.01).tolist()]
+    times += [f"1:00:0{0.1 * k:.1f}" for k in range(10)]
+    np.testing.assert_allclose(since_start(tmp_path, "Time", times), 0.1 * np.arange(N), atol=0.11)

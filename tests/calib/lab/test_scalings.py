@@ -177,3 +177,39 @@ def test_what_was_not_done_yet_to_readings_is_asked_about(tmp_path: Path, above:
 )
 def test_what_changes_no_reading_asks_nothing(tmp_path: Path, above: str) -> None:
     np.testing.assert_allclose(read_lab_file(written(tmp_path, [above, *NAMED, *ROWS])).columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("Time unit: 100 ms", "Time"),
+        ("Time in units of 100 ms", "Time"),
+        ("Unit of time: 100 ms", "Time"),
+        ("Time channel: counter x 0.1 = s", "Time"),
+        ("Disp channel: displayed value / 100 = mm", "Disp"),
+        ("Force: value * 10 = mN", "Force"),
+        ("Force = reading * 0.01 N", "Force (N)"),
+        ("Force scale factor: 0.01 N/unit", "Force (N)"),
+        ("Kraft in 0,01 N", "Force (N)"),
+    ],
+)
+def test_a_line_that_makes_a_unit_of_readings_and_a_number_is_asked_about(tmp_path: Path, line: str, name: str) -> None:
+    names = {"Time": "Time (s)", "Disp": "Disp (mm)", "Force": "Force (N)"}
+    heads = [name if name.startswith(short) else full for short, full in names.items()]
+    rows = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.001 * i**1.5:.4f}" for i in range(60)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([line, ",".join(heads), *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="states a factor") as refused:
+        read_lab_file(path, Reading())
+    assert refused.value.faults[0].line == 1
+    assert "--units" in refused.value.faults[0].advice
+
+
+@pytest.mark.parametrize(
+    "line", ["Time: 10 s", "Test time 100 s", "Force reached 5 N in 10 s", "Hold in 5 s steps", "Sampled every 100 ms"]
+)
+def test_times_and_loads_that_are_no_units_ask_nothing(tmp_path: Path, line: str) -> None:
+    rows = [f"{0.1 * i:.1f},{0.01 * i:.4f},{0.001 * i**1.5:.4f}" for i in range(60)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([line, "Time (s),Disp (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
+    assert read_lab_file(path, Reading()).columns["time"][1] == pytest.approx(0.1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from calib.errors import InputError
@@ -310,3 +311,26 @@ def test_two_clocks_that_stand_anywhere_are_asked_about_by_their_names_alone(
     path.write_text("\n".join(rows) + "\n")
     with pytest.raises(InputError, match="may be a time of its own beside"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize("names", [("X", "X"), ("X_Value", "X_Value"), ("X_Value (s)", "X_Value (s)")])
+@pytest.mark.parametrize(("read", "way"), [("Cp (pF)", "--columns force=none"), ("Force (N)", "")])
+def test_two_axes_of_one_name_that_are_not_understood_and_differ_are_asked_about(
+    tmp_path: Path, names: tuple[str, str], read: str, way: str
+) -> None:
+    depth = 1 - np.abs(np.linspace(-1, 1, 80))
+    of = {"Cp (pF)": 97 + depth, "Force (N)": 4 * depth**1.5, "Ext (mm)": depth}
+    second = "Force (N)" if read == "Cp (pF)" else "Ext (mm)"
+    for factor, refused in ((1.0, False), (2.0, True)):
+        path = tmp_path / "twins.csv"
+        rows = [
+            f"{0.1 * i:.2f},{a:.4f},{0.1 * factor * i + 0.3 * refused:.2f},{b:.4f}"
+            for i, (a, b) in enumerate(zip(of[read], of[second], strict=True))
+        ]
+        path.write_text("\n".join([f"{names[0]},{read},{names[1]},{second}", *rows]) + "\n", encoding="utf-8")
+        if not refused:
+            assert "force" in read_lab_file(path, Reading()).columns
+            continue
+        with pytest.raises(InputError, match=r"stands twice .*both rise and differ|may be a time of its own beside") as error:
+            read_lab_file(path, Reading())
+        assert (way or "one clock") in error.value.faults[0].advice
