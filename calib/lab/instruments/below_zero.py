@@ -18,6 +18,8 @@ _BITS = (8, 16, 24, 32)
 _NEAR, _OTHERS = 0.05, 0.5
 # Readings of a record at least; a number is whole within so much.
 _FEWEST, _WHOLE = 12, 1e-3
+# More decimals has no counter, and a number with an exponent.
+_DECIMALS = 9
 # Where a larger share is below zero, what is left of the readings about zero is none of their mean.
 _SHARE = 0.1
 _ABOUT_ZERO = ("displacement", "force")
@@ -80,6 +82,8 @@ def below_zero(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[i
     if rows.size < _FEWEST or np.any(values[rows] < 0):
         return {}
     decimals = max(len(cells[r].strip().partition(decimal)[2]) for r in rows[:: max(1, rows.size // 1000)].tolist())
+    if decimals > _DECIMALS:
+        return {}
     last = 10.0**-decimals
     counts = values[rows] / last
     if np.any(np.abs(counts - np.rint(counts)) > _WHOLE):

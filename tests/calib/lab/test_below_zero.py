@@ -71,3 +71,11 @@ def test_whole_numbers_of_a_press_that_come_near_a_power_of_two_are_readings(tmp
     place = WAY * largest / WAY.max()
     table = read(tmp_path, [f"{x:.0f}" for x in place], [f"{f:.4f}" for f in LOAD])
     assert not np.any(np.isnan(table.columns["displacement"]))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_cell_of_hundreds_of_decimals_is_read_as_any_other(tmp_path: Path) -> None:
+    load = [f"{f:.4f}" for f in LOAD]
+    load[80] = f"{LOAD[80]:.4f}" + "0" * 400
+    table = read(tmp_path, [f"{x:.0f}" for x in WAY], load)
+    assert table.columns["force"][80] == pytest.approx(LOAD[80], abs=1e-4)
