@@ -27,22 +27,22 @@ def along_another_axis(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], 
     chosen : quantity -> index of its column and its heading; what the user chose is not doubted.
     unread : index -> why a column is not read.
     """
-    faults = []
-    for quantity in ("force", "displacement"):
+    faults: list[Fault] = []
+    across = [i for i, why in unread.items() if why.startswith("axis ")]
+    for quantity in ("force", "displacement") if across else ():
         index = chosen[quantity][0] if quantity in chosen else -1
         if index < 0 or index in sheet.assigned or (own := _change(sheet, index, quantity)) is None:
             continue
-        of_others = [i for i, why in unread.items() if why.startswith("axis ")]
-        others = {i: by for i in of_others if (by := _change(sheet, i, quantity)) is not None}
+        others = {i: by for i in across if (by := _change(sheet, i, quantity)) is not None}
         most = max(others, key=others.__getitem__, default=-1)
         if most < 0 or others[most] <= _ACROSS * own:
             continue
         unit = sheet.unit_written(index)
-        along, across = (by / lab_factor(unit, quantity) for by in (own, others[most]))
+        along, beside = (by / lab_factor(unit, quantity) for by in (own, others[most]))
         choice = Choice("columns", (sheet.name_for_asking(most), sheet.name_for_asking(index)), quantity)
         faults.append(
             Fault(
-                f'"{sheet.names[index]}" changes by {along:.3g} {unit}, "{sheet.names[most]}" of another axis by {across:.3g}: '
+                f'"{sheet.names[index]}" changes by {along:.3g} {unit}, "{sheet.names[most]}" of another axis by {beside:.3g}: '
                 "along which axis it is pressed is not told",
                 sheet.text.path,
                 sheet.header_line or None,
