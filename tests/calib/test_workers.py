@@ -13,6 +13,7 @@ from functools import partial
 from multiprocessing import active_children, popen_fork
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -67,21 +68,12 @@ def test_work_is_of_what_it_held_when_it_was_given(processes: int) -> None:
 
 def test_a_value_may_be_worked_with_while_workers_are_given_it() -> None:
     """What is kept of it here changes its dictionary, which a thread of the executor must not be pickling."""
-    value = _Value(tuple(range(20_000)))
+    value = SimpleNamespace(**{f"number {n}": n for n in range(20_000)})
     with workers(1) as executor:
-        answers = given_to(executor, [partial(_size, value)] * 5)
+        answers = given_to(executor, [partial(vars, value)] * 5)
         for k in range(50_000):
             value.__dict__[f"kept {k}"] = k
-        assert [answer() for answer in answers] == [20_000] * 5
-
-
-class _Value:
-    def __init__(self, numbers: tuple[int, ...]) -> None:
-        self.__dict__ |= {f"number {n}": n for n in numbers}
-
-
-def _size(value: _Value) -> int:
-    return len(value.__dict__)
+        assert [len(answer()) for answer in answers] == [20_000] * 5
 
 
 def test_an_interrupted_caller_need_not_wait_and_the_rest_is_dropped() -> None:
