@@ -399,7 +399,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
 
 def _against_a_tick(sheet: Sheet, index: int, factor: float) -> list[str]:
     """What to say of counts of a clock that are read in another unit than a line beside the record says one lasts."""
-    tick = None if sheet.unit_written(index) else stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
+    tick = None if sheet.unit_written(index) else stated_tick(sheet.lines_around)
     if tick is None or np.isclose(tick.seconds, factor, rtol=1e-3, atol=0.0):
         return []
     return [

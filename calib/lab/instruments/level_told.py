@@ -28,7 +28,7 @@ def level_told(sheet: Sheet, index: int) -> list[str]:
     sheet : the record.
     index : the column of the capacitance.
     """
-    lines = dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside)
+    lines = sheet.lines_around
     for number, line in sorted(lines.items()):
         if len(line) > _LONGEST or _SHIFTED.search(line) is None:
             continue

@@ -95,7 +95,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
             own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
             rising = index, own or unit_of_numbers(float(values[0])) or _unit_of_fractions(values)
             falls = _where_it_falls(sheet, index)
-    tick = stated_tick(dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside))
+    tick = stated_tick(sheet.lines_around)
     if rising is not None and not rising[1] and not falls and (lasts := tick or _of_gaps(sheet, rising[0])) is not None:
         asked = f"{_asked(sheet, rising[0])} --units {in_shell(f'time={lasts.unit}')}"
         return (

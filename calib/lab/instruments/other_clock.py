@@ -15,6 +15,7 @@ from calib.lab.instruments.rows import NO_LAST_CELL
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import parts
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.vocabulary import UNKNOWN
 from models.sensor import FloatArray
 
 # Columns of one clock end within such a share of the rows; a clock has so many readings at least, and moves in such a share.
@@ -23,7 +24,6 @@ _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
 _NEARLY, _PASTED = 0.5, 0.125
 # So many rows without a cell at the end of a column are none that was lost.
 _LOST = 3
-_UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _PRESS = ("displacement", "force")
 _READ = (*_PRESS, "capacitance", "capacitance_series")
@@ -141,7 +141,7 @@ def twin_axes(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str]
     by_name: dict[str, list[int]] = {}
     for index, name in enumerate(sheet.names):
         is_time = index == places.get("time", -1)
-        if name and index not in sheet.set_aside and (is_time or unread.get(index, "").startswith(_UNKNOWN)):
+        if name and index not in sheet.set_aside and (is_time or unread.get(index, "").startswith(UNKNOWN)):
             by_name.setdefault(name.strip().lower(), []).append(index)
     for first, second in (twins[:2] for twins in by_name.values() if len(twins) > 1):
         ahead = [q for q, i in places.items() if q in _READ and first < i < second]
@@ -181,7 +181,7 @@ def _may_be_clocks(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int,
         unit, why = sheet.unit_written(index), unread.get(index, "not understood")
         beside_taken = "time" in places and why == f'"{sheet.names[places["time"]]}" is taken'
         beside_taken &= not sheet.plain_heading(index).quantity or ("time" in places and _sides(places, index) != "")
-        if index in places.values() or index in sheet.set_aside or not (why.startswith(_UNKNOWN) or beside_taken):
+        if index in places.values() or index in sheet.set_aside or not (why.startswith(UNKNOWN) or beside_taken):
             continue
         named = "time" in places and sheet.plain_heading(index).quantity == "time" and _parts_instruments(places, index)
         if not is_unit_of(unit, "time") if unit else not named:

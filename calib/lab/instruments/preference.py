@@ -111,7 +111,7 @@ def best_of(
     faults = [*found.faults, *_less_than(sheet, quantity, best, unread, reading, asked_index)]
     if best.heading.name_doubt:
         this = Choice("columns", (sheet.name_for_asking(best.index),), quantity)
-        rest = tuple(sheet.name_for_asking(i) for i in _not_understood_in_its_unit(sheet, quantity, candidates))
+        rest = tuple(sheet.name_for_asking(i) for i in _also_in_its_unit(sheet, quantity, {c.index for c in candidates}))
         another = f"; if another is: {Choice('columns', rest, quantity)}" if rest else ""
         faults.append(
             Fault(
@@ -127,19 +127,6 @@ def best_of(
     if best.heading.processed and quantity in _DECISIVE:
         found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
     return best, Remarks({**unread, **found.unread}, (*found.notes, *rounded), tuple(faults))
-
-
-def _not_understood_in_its_unit(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) -> list[int]:
-    """The columns whose names are not understood that are in a unit of a quantity and move."""
-    known = {c.index for c in candidates} | sheet.set_aside.keys()
-    return [
-        i
-        for i, name in enumerate(sheet.names)
-        if i not in known
-        and is_unit_of(sheet.unit_written(i) or "?", quantity)
-        and why_unread(name, sheet.unit_below(i)) == "not understood"
-        and not stands_still(_readings_alone(sheet, i))
-    ]
 
 
 def _in_parts(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[PossibleColumn]) -> list[Fault]:
@@ -559,7 +546,7 @@ def _also_in_its_unit(sheet: Sheet, quantity: str, known: Collection[int]) -> li
         if i not in known
         and i not in sheet.set_aside
         and is_unit_of(sheet.unit_written(i) or "?", quantity)
-        and why_unread(name, sheet.unit_below(i)).startswith("not understood")
+        and why_unread(name, sheet.unit_below(i)) == "not understood"
         and not stands_still(_readings_alone(sheet, i))
     ]
 

@@ -12,11 +12,10 @@ from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import is_unit_of
-from calib.lab.instruments.vocabulary import FUNCTION
+from calib.lab.instruments.vocabulary import FUNCTION, UNKNOWN
 
 # So many different numbers at least has what moves.
 _FEWEST = 5
-_UNKNOWN = ("not understood", "two units", "a letter without a unit")
 _LETTERS = {"displacement": "szuwxdh", "force": "fp"}
 # What was made of readings, or of how they scatter: "|Force|", "-Force", "Force + 2", "ln Force", "Force IQR".
 _MADE = re.compile(r"^\s*[-\u2212|]|[|+*^√²³=>]|(?<![^\W_])(?:abs|iqr|sem|cv)(?![^\W_])", re.IGNORECASE)
@@ -56,7 +55,7 @@ def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str
 def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
     """Whether a column that is not understood is in a unit of a quantity, or called by a letter for it alone."""
     name = sheet.names[index]
-    if not why.startswith(_UNKNOWN) or index in sheet.set_aside:
+    if not why.startswith(UNKNOWN) or index in sheet.set_aside:
         return False
     if _MADE.search(name) or FUNCTION.search(name) or is_of_another(name, quantity):
         return False

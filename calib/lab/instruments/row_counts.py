@@ -51,7 +51,7 @@ def told_rows(sheet: Sheet) -> tuple[int, str]:
     -------
     The number, and a note on it; 0 and "" where nothing says more rows than there are.
     """
-    lines = dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside)
+    lines = sheet.lines_around
     said = {number: count for number, line in sorted(lines.items()) if (count := count_said(line)) > len(sheet.lines)}
     if not said:
         return 0, ""

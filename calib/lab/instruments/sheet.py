@@ -135,6 +135,11 @@ class Sheet:
         found = understand(self.names[column], self.unit_below(column))
         return found if found is not None else Heading("", 0, words(self.names[column]), None)
 
+    @property
+    def lines_around(self) -> dict[int, str]:
+        """What stands above, below and among the rows and in remarks: 1-based line -> text."""
+        return dict(enumerate(self.prelude, 1)) | dict(self.beside)
+
     def unit_written(self, column: int) -> str:
         """The last unit in the name of a column or below it, "" if there is none."""
         cut = without_brackets(tidy(self.names[column]))

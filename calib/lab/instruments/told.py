@@ -140,7 +140,7 @@ def told_otherwise(
     decimal : the decimal mark of the readings.
     reading : a unit that is said once more is not doubted.
     """
-    lines = dict(enumerate(sheet.prelude, 1)) | dict(sheet.beside)
+    lines = sheet.lines_around
     values = {**{IN_PLACE_OF.get(q, q): v for q, v in values.items()}, **values}
     told = [found for number, line in sorted(lines.items()) if (found := _told_in(line, number, decimal)) is not None]
     notes: list[str] = []

@@ -105,6 +105,8 @@ _OF_ITS_VALUES = re.compile(
     r"(?:[(\[](?P<inside>[^()\[\]]+)[)\]]|[:=-]\s*(?P<behind>[^\s()\[\]]+))(?P<rest>.*)",
     re.IGNORECASE,
 )
+#: How reasons begin for which a column is not read, where nothing is known of what it is.
+UNKNOWN = ("not understood", "two units", "a letter without a unit")
 #: A function of what was measured.
 FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 # "Force exp (N)", "F_exp (N)", "Force (exp.) [N]", "exp. force (N)": of the experiment, as its unit tells; "exp(F)" has none.
