@@ -97,6 +97,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         "| hangs on the modulus | nominal |",
     ),
     "thinning.py": (["-n", "7", "--steps", "40"], "7 paths, "),
+    "two_balls.py": (["FOLDER/lab"], "2 specimens, 2 balls each"),
     "planted.py": (["nothing", "--labs", "1", "--steps", str(BLOCK), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         [

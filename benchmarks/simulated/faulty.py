@@ -231,20 +231,33 @@ def _read(experiment: Experiment, records: Sequence[Record]) -> tuple[Sweep, ...
     with TemporaryDirectory() as folder:
         specimens = []
         for k, (specimen, record) in enumerate(zip(experiment.specimens, records, strict=True), 1):
-            paths = [Path(folder) / f"sensor{k}_{what}.csv" for what in ("tester", "meter")]
-            for path, columns in zip(paths, (record.tester, record.meter), strict=True):
-                rows = np.column_stack(list(columns.values()))
-                np.savetxt(path, rows, fmt="%.4f", delimiter=",", header=",".join(columns), comments="")
+            tester, meter = written(record, Path(folder) / f"sensor{k}")
             files = replace(
                 specimen.sweeps[0],
                 indenter_radius=experiment.indenter_radius,
-                force=paths[0],
-                capacitance=paths[1],
+                force=tester,
+                capacitance=meter,
                 force_reading=AS_FOUND,
                 capacitance_reading=AS_FOUND,
             )
             specimens.append(replace(specimen, sweeps=(files,)))
         return read_sweeps(replace(experiment, specimens=tuple(specimens)))
+
+
+def written(record: Record, stem: Path) -> tuple[Path, Path]:
+    """Write what tester and meter wrote of a press.
+
+    Parameters
+    ----------
+    record : of the press.
+    stem : path of the files, less what tells them apart.
+    """
+    paths = []
+    for what, columns in (("tester", record.tester), ("meter", record.meter)):
+        paths.append(stem.with_name(f"{stem.name}_{what}.csv"))
+        rows = np.column_stack(list(columns.values()))
+        np.savetxt(paths[-1], rows, fmt="%.4f", delimiter=",", header=",".join(columns), comments="")
+    return paths[0], paths[1]
 
 
 def _as_said(experiment: Experiment, fault: Fault) -> Experiment:
@@ -281,13 +294,21 @@ def _measured(
         base: Base = "slippery" if physics.slippery else "bonded"
         design = design_from(own, friction_coefficient=physics.friction, base=base)
         rig = Rig(0.2e-3 + 0.03e-3 * z(), compliance, 0.3 * z(), parasitic, 2 * z(), capacitance_noise=1e-14, speed=SPEED)
-        records.append(_pressed(curve_of(design, 1.05 * DEPTH, physics.law), rig, physics, rng))
+        records.append(pressed(curve_of(design, 1.05 * DEPTH, physics.law), rig, physics, rng))
         designs.append(design)
     return records, designs
 
 
-def _pressed(curve: Curve, rig: Rig, physics: Physics, rng: np.random.Generator) -> Record:
-    """The records of a press: the crosshead goes down at constant speed, and up again to where it began."""
+def pressed(curve: Curve, rig: Rig, physics: Physics, rng: np.random.Generator) -> Record:
+    """Press a sensor: the crosshead goes down at constant speed, and up again to where it began.
+
+    Parameters
+    ----------
+    curve : of the sensor.
+    rig : tester and meter, and where the press begins.
+    physics : of the sensor, for what relaxes, and of the load cell, for what drifts.
+    rng : of the noise.
+    """
     deepest = DEPTH + rig.machine_compliance * (float(curve.force(math.sqrt(DEPTH))) + rig.load_zero)
     down = np.arange(0.0, (APPROACH + deepest) / SPEED, 1 / OF_TESTER)
     time = np.concatenate([down, down[-1] + 1 / OF_TESTER + down])
