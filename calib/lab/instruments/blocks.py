@@ -29,6 +29,7 @@ from calib.lab.instruments.lines import (
     short_rows,
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
+from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.quotes import check_quotes
 from calib.lab.instruments.run_on import is_only_words, runs_on
 from calib.lab.instruments.sheet import Sheet, which_specimen
@@ -108,6 +109,8 @@ _NEXT = 20
 def _without_rows(sheet: Sheet) -> Fault:
     """The fault of a header without rows, or whose names are not understood as those of the columns of numbers below it."""
     first = sheet.header_line
+    if (odd_delimiter := parted_oddly(sheet.text.path, sheet.text.lines)) is not None:
+        return odd_delimiter
     widths = {i: width_of_row(line) for i, line in enumerate(sheet.text.lines[first : first + _NEXT], first + 1)}
     row, width = next(((i, n) for i, n in widths.items() if n > 1), (0, 0))
     if not row:

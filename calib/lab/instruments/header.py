@@ -16,6 +16,7 @@ from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
@@ -403,6 +404,8 @@ def no_header(text: LabText) -> Fault:
             odd[0][0],
             advice=f"If they are names, say which column is what, and its unit: {said}",
         )
+    if (odd_delimiter := parted_oddly(text.path, text.lines)) is not None:
+        return odd_delimiter
     lying = _quantities_in_lines(text)
     if lying and not seen:
         places = " and ".join(f'"{name}" in line {line}' for line, name in lying[:4])
