@@ -1,5 +1,7 @@
 """Cells between marks that no program uses as delimiter, or one value a line: read where names show the cells, else refused."""
 
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -80,3 +82,67 @@ def test_rows_without_names_are_read_by_number(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         read(tmp_path, lines)
     assert "--columns time=1 --columns displacement=2 --columns force=3" in error.value.faults[0].advice
+
+
+Way = Callable[[int, list[str]], list[str]]
+UNITS = ("s", "mm", "N")
+RECORDS: dict[str, Way] = {
+    "equal signs": lambda k, row: [f"Time={row[0]} s", f"Displacement={row[1]} mm", f"Force={row[2]} N"],
+    "units in names": lambda k, row: [f"{name}: {cell}" for name, cell in zip(NAMES, row, strict=True)],
+    "blank lines": lambda k, row: [*(f"{name} = {cell}" for name, cell in zip(NAMES, row, strict=True)), ""],
+    "pairs of a comma file": lambda k, row: [f"{name},{cell}" for name, cell in zip(NAMES, row, strict=True)],
+    "counted records": lambda k, row: [f"Reading {k}", *(f"  {n}: {c}" for n, c in zip(NAMES, row, strict=True))],
+    "dashes": lambda k, row: [*(f"{n}: {c}" for n, c in zip(NAMES, row, strict=True)), "-----"],
+    "German": lambda k, row: [
+        f"{n}: {c} {u}".replace(".", ",") for n, c, u in zip(("Zeit", "Weg", "Kraft"), row, UNITS, strict=True)
+    ],
+}
+
+
+@pytest.mark.parametrize("way", RECORDS)
+def test_values_one_a_line_behind_their_names_are_rows(tmp_path: Path, way: str) -> None:
+    lines = [line for k, row in enumerate(ROWS) for line in RECORDS[way](k, row)]
+    table = read(tmp_path, ["Press of sensor 3", *lines])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-9)
+    np.testing.assert_allclose(table.columns["displacement"], 1e-3 * WAY, atol=1e-12)
+    assert any("one a line, 3 of each record" in note for note in table.notes)
+    assert table.lines[0] == 2 + (way == "counted records")
+
+
+def test_a_record_that_lacks_a_value_is_refused_with_its_line(tmp_path: Path) -> None:
+    lines = [line for k, row in enumerate(ROWS) for line in RECORDS["units in names"](k, row)]
+    del lines[31]
+    with pytest.raises(InputError, match=r"stands where the value of Displacement \(mm\) would") as error:
+        read(tmp_path, lines)
+    assert error.value.faults[0].line == 32
+
+
+def test_a_record_that_is_cut_off_is_told(tmp_path: Path) -> None:
+    lines = [line for k, row in enumerate(ROWS) for line in RECORDS["units in names"](k, row)]
+    table = read(tmp_path, lines[:-1])
+    assert len(table.lines) == N - 1
+    assert any("is cut off and left out" in note for note in table.notes)
+
+
+def test_results_of_some_specimens_above_a_table_are_no_records(tmp_path: Path) -> None:
+    results = [line for k in range(6) for line in (f"Max load (N): {k + 1}.5", f"Extension (mm): {k}.3")]
+    table = read(tmp_path, [*results, "", *(";".join(cells) for cells in (NAMES, *ROWS))])
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-9)
+
+
+@pytest.mark.parametrize("names", [[], NAMES])
+@pytest.mark.parametrize("between", [[], [""]])
+def test_one_number_a_line_is_refused_with_a_command_that_puts_them_in_rows(
+    tmp_path: Path, names: list[str], between: list[str]
+) -> None:
+    lines = [*names, *(line for row in ROWS for line in (*row, *between))]
+    with pytest.raises(InputError, match="each line holds one number") as error:
+        read(tmp_path, lines)
+    advice = error.value.faults[0].advice
+    command = advice[advice.index("grep") : advice.index(". Where one column")]
+    subprocess.run(command, shell=True, cwd=tmp_path, check=True)
+    said = Reading(
+        columns={} if names else {"time": "1", "displacement": "2", "force": "3"},
+        units={} if names else {"time": "s", "displacement": "mm", "force": "N"},
+    )
+    check(read_lab_file(tmp_path / "new_lab.txt", said))
