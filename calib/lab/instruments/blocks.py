@@ -36,6 +36,7 @@ from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
+from calib.lab.instruments.torn import thousands_advice, thousands_in
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
@@ -642,6 +643,12 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 "number, what it is and its unit: --columns force=... --units force=...",
             )
         )
+    cut_number = thousands_in(rows, width, sheet.delimiter)
+    if sheet.header_line and cut_number:
+        wide = next(i for i, row in enumerate(rows) if len([c for c in row if c.strip()]) > width)
+        message = f'the row has {len(rows[wide])} cells, the header has {width}, and "{cut_number}" may be one number'
+        at = int(lines[wide])
+        raise InputError(Fault(message, sheet.text.path, at, advice=thousands_advice(cut_number, sheet.delimiter)))
     wider_by_one = [len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) for row in rows]
     if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
         wider = wider_by_one.index(True)
