@@ -31,6 +31,7 @@ from calib.lab.instruments.lines import (
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.quotes import check_quotes
+from calib.lab.instruments.results import only_results
 from calib.lab.instruments.run_on import is_only_words, runs_on
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
@@ -204,6 +205,15 @@ def _blocks(
                 below = _another_table(sheet, rows, i, start)
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
+                break
+            heads = i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)
+            if not heads and only_results(sheet, rows, i, blocks[-1].rows, keys):
+                first = (apart or [i])[0]
+                end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
+                shown = text.lines[start + first].strip()[:80]
+                below = [f'results below the rows are left out, from "{shown}" (line {start + first + 1}) on']
+                unread = not_read(sheet, range(start + first, start + end + 1), "results below the rows")
+                apart = []
                 break
             apart.append(i)
         else:

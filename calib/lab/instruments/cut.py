@@ -27,7 +27,7 @@ from calib.lab.instruments.header import (
     without_comment_mark,
 )
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lines import FEW_ROWS, is_comment, is_other_header, n_named, not_read
+from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, is_comment, is_other_header, n_named, not_read
 from calib.lab.instruments.named_values import named_values
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
@@ -46,9 +46,8 @@ from calib.lab.instruments.torn import thousands_advice, thousands_in, torn_deci
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand, words
 
-# Lines above rows of results with their title, names and units, and the word that such a title has.
+# Lines above rows of results with their title, names and units.
 _TITLES = 3
-_RESULTS = re.compile(r"result|ergebnis|résultat|risultat|wynik|结果|結果", re.IGNORECASE)
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
 # Lines below a header that show how many cells its rows have.
@@ -400,7 +399,7 @@ def _are_results(sheet: Sheet, rows: Sequence[int], reading: Reading) -> bool:
     cells = [[c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c] for row in rows]
     counted = [row[0] for row in cells] == [str(k + 1) for k in range(len(rows))]
     above = [line for line in sheet.text.lines[: rows[0] - 1] if line.strip()][-_TITLES:]
-    named = any(_RESULTS.search(line) or any(map(no_record, split_line(line, sheet.delimiter))) for line in above)
+    named = any(OF_RESULTS.search(line) or any(map(no_record, split_line(line, sheet.delimiter))) for line in above)
     if named and (few or counted):
         return True
     return few and (reading.specimen is None or (counted and len(cells[0]) < n_named(sheet)))
