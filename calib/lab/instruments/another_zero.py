@@ -11,7 +11,7 @@ import numpy as np
 from calib.errors import Fault
 from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, SCALED, UNSHOWN, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -160,7 +160,7 @@ def _changes_there(sheet: Sheet, read: Sequence[int], jumps: Sequence[Jump]) -> 
         changed = np.array([a != b for a, b in pairwise(cells)])
         there = np.zeros(changed.size, dtype=bool)
         there[behind - 1] = True
-        numbers = to_numbers(cells, sheet.declared_decimal or ".").values
+        numbers = numbers_in(cells, sheet.declared_decimal)
         steps = np.abs(np.diff(numbers))
         if not np.all(changed[there]):
             continue

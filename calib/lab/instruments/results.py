@@ -10,7 +10,7 @@ import numpy as np
 from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, Table, is_result, kind_of_line
-from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, to_numbers
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, numbers_in
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -83,8 +83,8 @@ def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Se
     said = said or any(map(no_record, rows[at]))
     if not said or len(numbers) >= FEW_ROWS or place not in sheet.headings or sheet.headings[place].quantity != "time":
         return said and len(numbers) < FEW_ROWS and all(len(row) != width for row in numbers)
-    *_, before, last = _numbers([_cell(rows[k], place) for k in above[-2:]], sheet.declared_decimal)
-    first = _numbers([_cell(row, place) for row in numbers], sheet.declared_decimal)
+    *_, before, last = numbers_in([_cell(rows[k], place) for k in above[-2:]], sheet.declared_decimal)
+    first = numbers_in([_cell(row, place) for row in numbers], sheet.declared_decimal)
     return bool(np.all((first < last) | (first > last + _STEPS * abs(last - before))))
 
 
@@ -100,14 +100,8 @@ def _is_word(cell: str) -> bool:
     return bool(cell) and not (_is_reading(cell) or is_missing(cell) or is_over_range(cell))
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> FloatArray:
-    """The numbers of cells in the notation that makes most of them numbers, nan where there is none."""
-    tried = [to_numbers([c.strip() for c in cells], mark).values for mark in ([decimal] if decimal else [".", ","])]
-    return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
-
-
 def _falls(cells: Sequence[str], decimal: str) -> bool:
-    above, below = _numbers(cells, decimal)
+    above, below = numbers_in(cells, decimal)
     return bool(below < above)
 
 
@@ -116,7 +110,7 @@ def _results(table: Table, first: int, decimal: str) -> dict[int, str]:
     wanted: dict[int, dict[str, bool]] = {row: {} for row in range(first, len(table.lines))}
     counted = 0
     for column in table.columns:
-        numbers = _numbers(column, decimal)
+        numbers = numbers_in(column, decimal)
         above = numbers[:first][np.isfinite(numbers[:first])]
         if above.size < _FEWEST or np.ptp(above) == 0:
             continue
