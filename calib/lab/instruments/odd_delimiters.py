@@ -14,7 +14,7 @@ from calib.lab.instruments.numbers import is_missing, is_over_range, parse_numbe
 # A number or a clock at the beginning of a line, the mark behind it, and what the next cell begins with. A dash, a plus and a
 # star may belong to numbers, but with blanks on both sides.
 _ROW = re.compile(
-    r"[ \t]*\"?[-+\u2212]?\d(?:[\d.,:eE]{0,40}[\d.,])?(?:(?<=[eE])[-+]\d+)?\"?"
+    r"[ \t]*\"?[-+\u2212]?\d(?:[\d.,:eE]{0,40}[\d.,])?(?:[eE][-+]\d+)?\"?"
     r"(?:[ \t]+(?P<apart>[-+*=>]{1,2})[ \t]+|[ \t]*(?P<mark>(?:[^\w\s.,;|'\"’()\[\]{}+\-*\u2212\u2013·×]|_){1,2})[ \t]*)"
     r"(?=[-+\u2212\"]?[.,]?\d|[a-zA-Z-])"
 )

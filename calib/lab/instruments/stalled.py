@@ -351,6 +351,8 @@ def _runs(
             found.append((*ends, "lost"))
         elif driven and (at_end or way * way_after < 0) and would + pace > floor and _load_goes_on(others, *ends):
             found.append((*ends, "beyond"))
+        elif not at_end and jump * way > floor * abs(way) and way_after * way < 0 and _go_on(others, *ends, ahead=False):
+            found.append((*ends, "lost"))  # over a turn, behind which it is farther on, though it goes back
         elif at_end:
             if would + pace > floor and pace >= _PACE * coarse and _go_on(others, *ends, ahead=False):
                 found.append((*ends, "end"))
