@@ -353,7 +353,7 @@ def _runs(
             found.append((*ends, "beyond"))
         elif not at_end and jump * way > floor * abs(way) and way_after * way < 0 and _go_on(others, *ends, ahead=False):
             found.append((*ends, "lost"))  # over a turn, behind which it is farther on, though it goes back
-        elif at_end:
+        elif at_end or (way_after * way < 0 and min(high - v[first], v[first] - low) <= floor):
             if would + pace > floor and pace >= _PACE * coarse and _go_on(others, *ends, ahead=False):
                 found.append((*ends, "end"))
         elif goes_on and way * way_after > 0 and min(would, pace_after * (lengths[k] - 1)) > floor:
