@@ -206,8 +206,8 @@ def _blocks(
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
                 break
-            heads = i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)
-            if not heads and only_results(sheet, rows, i, blocks[-1].rows, keys):
+            results = only_results(sheet, rows, i, blocks[-1].rows, keys)
+            if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 shown = text.lines[start + first].strip()[:80]

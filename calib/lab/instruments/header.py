@@ -440,7 +440,7 @@ def no_header(text: LabText) -> Fault:
 
 def _one_a_line(text: LabText) -> Fault | None:
     """The fault of a file that has one number a line; None of any other. Blank lines show how many are of one record."""
-    numbers = [_is_reading(line.strip()) and not width_of_row(line) for line in text.lines if line.strip()]
+    numbers = [_is_reading(line.strip()) and not width_of_row(line) for line in text.lines[:HEADER_WITHIN] if line.strip()]
     if len(numbers) < _READINGS_IN_A_LINE or sum(numbers) < _MOSTLY * len(numbers):
         return None
     first = next(i for i, line in enumerate(text.lines) if _is_reading(line.strip()))

@@ -68,10 +68,12 @@ def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Se
     above : those that are rows of the record.
     keys : columns that are understood.
     """
-    below = list(islice(((k, row) for k, row in enumerate(rows[at:], at) if any(map(str.strip, row))), _LINES + 1))
+    below = list(islice(((k, rows[k]) for k in range(at, len(rows)) if any(map(str.strip, rows[k]))), _LINES + 1))
+    if len(below) > _LINES:
+        return False
     width = len(sheet.names)
     after = [row for k, row in below if k > at and kind_of_line(row, (), keys, width) == "row"]
-    if not after or len(below) > _LINES or len(above) < max(_FEWEST, 2 * len(after)):
+    if not after or len(above) < max(_FEWEST, 2 * len(after)):
         return False
     place = next((i for i, h in sheet.headings.items() if h.quantity == "time"), keys[0])
     shown = [i for i in {0, place} if _is_reading(_cell(rows[above[-1]], i)) and _is_reading(_cell(rows[above[0]], i))]
