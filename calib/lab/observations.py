@@ -189,9 +189,13 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         check_contact(table, use, contact, displacement, np.flatnonzero([not r for r in reasons]))
     notes = list(beyond.notes)
     if anew.size:
-        notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
+        notes.insert(
+            0, f"the displacement jumps in {_lines(table, anew)}, as if set to zero anew: rows of one zero are used together"
+        )
     if tared.size:
-        notes.insert(0, f"the force has another zero from {_lines(table, tared)} on: rows of one zero are used together")
+        notes.insert(
+            0, f"the force seems to have another zero from {_lines(table, tared)} on: rows of one zero are used together"
+        )
     return Observations(
         table=table,
         time=time,
@@ -283,7 +287,9 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
 def _why_other_zero(table: LabTable, anew: IntArray, tared: IntArray) -> str:
     """Why a row is not used that has not the zeros of those that are."""
     found = [(q, rows) for q, rows in (("displacement", anew), ("force", tared)) if rows.size]
-    return "; ".join(f"its {quantity} has another zero: it was set anew in {_lines(table, rows)}" for quantity, rows in found)
+    return "; ".join(
+        f"its {quantity} seems to have another zero, as if set anew in {_lines(table, rows)}" for quantity, rows in found
+    )
 
 
 def _lines(table: LabTable, rows: IntArray) -> str:

@@ -72,7 +72,7 @@ def _fault(sheet: Sheet, column: ReadColumn, period: int, row: int, apart: float
     count = _IN_WORDS[period]
     message = (
         f'column "{sheet.names[column.index]}" goes to and fro between {count} levels, {apart / column.factor:.3g} {unit} '
-        f"apart, from row to row ({cells}): {count} channels, ranges, frequencies or specimens in turn, not noise"
+        f"apart, from row to row ({cells}), as {count} channels, ranges, frequencies or specimens in turn would, and no noise"
     )
     quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
     advice = (

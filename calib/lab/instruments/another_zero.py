@@ -11,7 +11,7 @@ import numpy as np
 from calib.errors import Fault
 from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, SCALED, UNSHOWN, ZERO, Jump, jumps_of
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.offset_blocks import offset_blocks
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -160,7 +160,7 @@ def _changes_there(sheet: Sheet, read: Sequence[int], jumps: Sequence[Jump]) -> 
         changed = np.array([a != b for a, b in pairwise(cells)])
         there = np.zeros(changed.size, dtype=bool)
         there[behind - 1] = True
-        numbers = to_numbers(cells, sheet.declared_decimal or ".").values
+        numbers = numbers_in(cells, sheet.declared_decimal)
         steps = np.abs(np.diff(numbers))
         if not np.all(changed[there]):
             continue
@@ -175,7 +175,7 @@ def _changes_there(sheet: Sheet, read: Sequence[int], jumps: Sequence[Jump]) -> 
 def _why_lost(sheet: Sheet, column: ReadColumn, last: int, row: int, why: str) -> str:
     cells = sheet.columns[column.index]
     shown = f'"{cells[last].strip()}", then "{cells[row].strip()}"'
-    return f"{_name(column)} alone leaves its course in line {int(sheet.lines[row])} ({shown}) and comes back: {why}"
+    return f"{_name(column)} alone leaves its course in line {int(sheet.lines[row])} ({shown}) and comes back, as by {why}"
 
 
 def _name(column: ReadColumn) -> str:
@@ -196,7 +196,7 @@ def _in_words(
     if first.kind == SCALED:
         return (
             f'column "{sheet.names[column.index]}": from this line on the readings are {first.factor:.2g} times what '
-            f"those above go on as ({place}){alone}{more}: {first.why}"
+            f"those above go on as ({place}){alone}{more}, as by {first.why}"
         )
     size = f"{first.size / column.factor:.5g} {unit}".rstrip()
-    return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'
+    return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}, as by {first.why}'

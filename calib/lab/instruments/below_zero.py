@@ -49,7 +49,7 @@ def counted_below_zero(
         own, mark = cells[column.quantity], decimals.get(column.quantity, ".")
         found = below_zero(own, values[column.quantity] / column.factor, mark)
         words = {
-            r: f'"{own[r].strip()[:40]}" is {number}: a counter of {bits} bits without a sign went below zero'
+            r: f'"{own[r].strip()[:40]}" is {number}: as of a counter of {bits} bits without a sign that went below zero'
             for r, (bits, number) in found.items()
         }
         if len(found) <= max(1, _SHARE * np.count_nonzero(np.isfinite(values[column.quantity]))):

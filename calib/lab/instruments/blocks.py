@@ -29,12 +29,15 @@ from calib.lab.instruments.lines import (
     short_rows,
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
+from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.quotes import check_quotes
+from calib.lab.instruments.results import only_results
 from calib.lab.instruments.run_on import is_only_words, runs_on
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
+from calib.lab.instruments.torn import thousands_advice, thousands_in
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
@@ -108,6 +111,8 @@ _NEXT = 20
 def _without_rows(sheet: Sheet) -> Fault:
     """The fault of a header without rows, or whose names are not understood as those of the columns of numbers below it."""
     first = sheet.header_line
+    if (odd_delimiter := parted_oddly(sheet.text.path, sheet.text.lines)) is not None:
+        return odd_delimiter
     widths = {i: width_of_row(line) for i, line in enumerate(sheet.text.lines[first : first + _NEXT], first + 1)}
     row, width = next(((i, n) for i, n in widths.items() if n > 1), (0, 0))
     if not row:
@@ -200,6 +205,15 @@ def _blocks(
                 below = _another_table(sheet, rows, i, start)
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
+                break
+            results = only_results(sheet, rows, i, blocks[-1].rows, keys)
+            if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
+                first = (apart or [i])[0]
+                end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
+                shown = text.lines[start + first].strip()[:80]
+                below = [f'results below the rows are left out, from "{shown}" (line {start + first + 1}) on']
+                unread = not_read(sheet, range(start + first, start + end + 1), "results below the rows")
+                apart = []
                 break
             apart.append(i)
         else:
@@ -639,6 +653,12 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 "number, what it is and its unit: --columns force=... --units force=...",
             )
         )
+    cut_number = thousands_in(rows, width, sheet.delimiter)
+    if sheet.header_line and cut_number:
+        wide = next(i for i, row in enumerate(rows) if len([c for c in row if c.strip()]) > width)
+        message = f'the row has {len(rows[wide])} cells, the header has {width}, and "{cut_number}" may be one number'
+        at = int(lines[wide])
+        raise InputError(Fault(message, sheet.text.path, at, advice=thousands_advice(cut_number, sheet.delimiter)))
     wider_by_one = [len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) for row in rows]
     if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
         wider = wider_by_one.index(True)

@@ -27,7 +27,7 @@ from calib.lab.instruments.header import (
     without_comment_mark,
 )
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lines import FEW_ROWS, is_comment, is_other_header, n_named, not_read
+from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, is_comment, is_other_header, n_named, not_read
 from calib.lab.instruments.named_values import named_values
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
@@ -42,12 +42,12 @@ from calib.lab.instruments.side_clocks import of_one_clock
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import BelowHeader, begins_at, below_header, units_above
+from calib.lab.instruments.torn import thousands_advice, thousands_in, torn_decimals, torn_thousands
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand, words
 
-# Lines above rows of results with their title, names and units, and the word that such a title has.
+# Lines above rows of results with their title, names and units.
 _TITLES = 3
-_RESULTS = re.compile(r"result|ergebnis|résultat|risultat|wynik|结果|結果", re.IGNORECASE)
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
 # Lines below a header that show how many cells its rows have.
@@ -144,7 +144,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         _check_nameless(whole_sheet, below.start, reading)
     sheet = of_one_clock(sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
-    _check_torn_decimals(whole)
+    if (torn := torn_decimals(whole) or torn_thousands(whole)) is not None:
+        raise InputError(torn)
     whole = with_scalings(whole, names_at, below.start)
     return replace(
         whole,
@@ -252,25 +253,6 @@ def _beside(sheet: Sheet, names_at: Sequence[int]) -> Iterator[tuple[int, str]]:
         yield line, f'{words_on} (on "{sheet.names[index]}")' if on_name else words_on
 
 
-def _check_torn_decimals(sheet: Sheet) -> None:
-    """Refuse decimal commas between commas, even where a wide header holds the cells: no point, and decimals like 084."""
-    if sheet.delimiter != "," or any("." in c for column in sheet.columns for c in column[:1000]):
-        return
-    for index, column in enumerate(sheet.columns[1:], 1):
-        cells = [c.strip() for c in column[:1000] if c.strip()]
-        torn = [c for c in cells if re.fullmatch(r"0\d+", c)]
-        if torn and len(set(cells)) > 4 and all(c.isdecimal() and len(c) <= len(torn[0]) for c in cells):
-            raise InputError(
-                Fault(
-                    f'"{torn[0]}" in column {index + 1} seems to be the decimals behind a decimal comma',
-                    sheet.text.path,
-                    int(sheet.lines[0]),
-                    index + 1,
-                    advice="Export with semicolons between the columns, or with a decimal point",
-                )
-            )
-
-
 def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
     named = n_named(sheet)
@@ -282,13 +264,16 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     filled = [i for i, row in enumerate(rows) if any(map(is_numeric, row[named : len(sheet.names)]))]
     if 2 * len(filled) <= len(rows) or not rows:
         return
+    cut_number = thousands_in(rows, named, sheet.delimiter)
     raise InputError(
         Fault(
             f"the header names {named} columns, numbers stand in more: which name belongs to which column cannot be told",
             sheet.text.path,
             sheet.header_line,
             named + 1,
-            advice="If the first cell of each row is its number, write a name for it into the header, such as No; if names "
+            advice=thousands_advice(cut_number, sheet.delimiter)
+            if cut_number
+            else "If the first cell of each row is its number, write a name for it into the header, such as No; if names "
             "stand in the next line, too, write all into one; or say of every column, by its number, what it is and its unit",
         )
     )
@@ -414,7 +399,7 @@ def _are_results(sheet: Sheet, rows: Sequence[int], reading: Reading) -> bool:
     cells = [[c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c] for row in rows]
     counted = [row[0] for row in cells] == [str(k + 1) for k in range(len(rows))]
     above = [line for line in sheet.text.lines[: rows[0] - 1] if line.strip()][-_TITLES:]
-    named = any(_RESULTS.search(line) or any(map(no_record, split_line(line, sheet.delimiter))) for line in above)
+    named = any(OF_RESULTS.search(line) or any(map(no_record, split_line(line, sheet.delimiter))) for line in above)
     if named and (few or counted):
         return True
     return few and (reading.specimen is None or (counted and len(cells[0]) < n_named(sheet)))

@@ -112,14 +112,14 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, quantity: s
             without = padded.size if whole else int(np.count_nonzero(there & ~marked))
             if without > _SHARE_SURE * int(np.count_nonzero(there)):
                 return _lost(cells, int(padded[0]), marked)
-            rows = {int(i): f'"{cells[i].strip()}" has lost its decimal mark' for i in padded}
+            rows = {int(i): f'"{cells[i].strip()}" seems to have lost its decimal mark' for i in padded}
             rest = values.copy()
             rest[padded] = np.nan
             other = _jumping(cells, rest, decimal, quantity)
             return Doubts({**other.rows, **rows}, other.fault, other.row)
         if not whole:
             row = int(padded[0])
-            lost = f'"{cells[row].strip()}" begins with a zero: the numbers have lost their decimal marks'
+            lost = f'"{cells[row].strip()}" begins with a zero: the numbers seem to have lost their decimal marks'
             return Doubts(fault=lost, row=row, decimals=_decimals_lost(cells, values, padded))
     return _jumping(cells, values, decimal, quantity)
 
@@ -151,7 +151,8 @@ def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:
         shown = f'"{cells[row].strip()}", above it "{cells[beside].strip()}"'
         return Doubts(fault=f"from this line on the numbers have no decimal mark, or are in another unit: {shown}", row=row)
     return Doubts(
-        fault=f'some cells have lost their decimal mark: "{cells[row].strip()}" beside "{cells[beside].strip()}"', row=row
+        fault=f'some cells seem to have lost their decimal mark: "{cells[row].strip()}" beside "{cells[beside].strip()}"',
+        row=row,
     )
 
 
@@ -277,7 +278,7 @@ def _lost_mark(cell: str) -> str:
     """What a whole number among others with a mark may be."""
     written = cell.strip()
     nines = "stands for no reading, or " if _NINES.fullmatch(written) else ""
-    return f'"{written}" {nines}has lost its decimal mark'
+    return f'"{written}" {nines}seems to have lost its decimal mark'
 
 
 def _of_other_form(cells: Sequence[str], rows: IntArray, at: FloatArray, steps: FloatArray, decimal: str) -> Doubts | None:

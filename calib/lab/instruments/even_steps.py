@@ -60,7 +60,7 @@ def even_steps(
             unit = unit_in_words(sheet, column.index, column.heading, reading)
             why = (
                 f"{column.quantity.removesuffix('_series')} goes in even steps of {step:.3g} {unit}".rstrip()
-                + f" in {lines}, to the last digit, while it scatters elsewhere: filled in between two readings, not measured"
+                + f" in {lines}, to the last digit, while it scatters elsewhere, as if filled in between two readings"
             )
             lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows[first + 1 : last].tolist(), why))
     return lost

@@ -43,7 +43,7 @@ def exchanged_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[
         for row in _rows_of(one[1], other[1]):
             names = " and ".join(f'"{sheet.names[c.index]}"' for c in (one[0], other[0]))
             cells = " and ".join(f'"{sheet.columns[c.index][row].strip()[:40]}"' for c in (one[0], other[0]))
-            found.setdefault(row, f"the cells of {names} have changed places ({cells}): each goes on in the other")
+            found.setdefault(row, f"the cells of {names} seem to have changed places ({cells}): each goes on in the other")
     return found
 
 
@@ -63,7 +63,7 @@ def exchanged(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, 
         if row is not None:
             names = " and ".join(f'"{sheet.names[c.index]}"' for c in (one, other))
             cells = " and ".join(f'"{sheet.columns[c.index][row].strip()[:40]}"' for c in (one, other))
-            message = f"the columns {names} have changed places from this line on ({cells}): each goes on in the other"
+            message = f"the columns {names} seem to have changed places from this line on ({cells}): each goes on in the other"
             advice = "Put the cells of these rows into their columns again, or save the rows below in a file of their own"
             faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), one.index + 1, advice=advice))
     return faults

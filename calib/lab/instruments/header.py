@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
@@ -16,6 +17,7 @@ from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
@@ -34,6 +36,8 @@ _FEW = 5
 _ROWS_SEEN = 30
 # Lines that are looked at for quantities that stand in lines, and how many readings, of what share of the cells, show one.
 _LINES_OF_QUANTITIES, _READINGS_IN_A_LINE, _MOSTLY = 50, 10, 0.8
+# Numbers of one reading, in lines of their own between blank ones, are fewer.
+_MOST_OF_RECORD = 20
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
@@ -403,6 +407,10 @@ def no_header(text: LabText) -> Fault:
             odd[0][0],
             advice=f"If they are names, say which column is what, and its unit: {said}",
         )
+    if (odd_delimiter := parted_oddly(text.path, text.lines)) is not None:
+        return odd_delimiter
+    if (alone := _one_a_line(text)) is not None:
+        return alone
     lying = _quantities_in_lines(text)
     if lying and not seen:
         places = " and ".join(f'"{name}" in line {line}' for line, name in lying[:4])
@@ -427,6 +435,29 @@ def no_header(text: LabText) -> Fault:
         seen[0] if seen else first + 1,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
         + (_by_number(width) if width else f"(by name or number: {SAID_BY_NUMBER}). Understood are {advice}"),
+    )
+
+
+def _one_a_line(text: LabText) -> Fault | None:
+    """The fault of a file that has one number a line; None of any other. Blank lines show how many are of one record."""
+    numbers = [_is_reading(line.strip()) and not width_of_row(line) for line in text.lines[:HEADER_WITHIN] if line.strip()]
+    if len(numbers) < _READINGS_IN_A_LINE or sum(numbers) < _MOSTLY * len(numbers):
+        return None
+    first = next(i for i, line in enumerate(text.lines) if _is_reading(line.strip()))
+    names = [line.strip() for line in text.lines[:first] if line.strip()]
+    blocks = Counter(len(block.split()) for block in re.split(r"\n\s*\n", "\n".join(text.lines[first:]).strip()))
+    block, n_block = blocks.most_common(1)[0]
+    n = block if 1 < block < _MOST_OF_RECORD and n_block > 1 else len(names) if len(names) > 1 else 3
+    of_names = ", as many as lines of names stand above" if n == len(names) else ""
+    each = "" if of_names or n == block else " (here three, a dash for each)"
+    name = text.path.name
+    return Fault(
+        "each line holds one number, and nothing shows which of them are of one reading",
+        text.path,
+        first + 1,
+        advice="Write what was read at one time in one line, below a line of names such as Time (s),Force (N). Where "
+        f"{n} lines in turn{each} are one reading{of_names}, a terminal does it: grep -v '^ *$' \"{name}\" | paste -d ';' "
+        f'{" ".join("-" * n)} > "new_{name}". Where one column stands below the other, write them side by side',
     )
 
 

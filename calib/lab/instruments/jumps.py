@@ -87,7 +87,7 @@ class Jump:
     row, last : the first row behind it, and the last before.
     size : by how much, in the unit of the readings.
     kind : OVERFLOW, ZERO or SCALED, if it cannot have happened; else OPEN.
-    why : what it may be, for people.
+    why : what would show so, in words behind "as by".
     back : the row from which on the channel is on its course again; 0 if it stays.
     factor : by which the readings are multiplied from there on, if SCALED; else 1.
     """
@@ -392,9 +392,9 @@ def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> 
 
 
 _Judged = tuple[str, str]
-_ANEW = "its zero was set anew there"
+_ANEW = "a zero that was set anew there"
 # A ball that comes off a sticky sample at once leaves the load at zero as well.
-_OFF = f"{_ANEW}, or the ball came off the sample"
+_OFF = f"{_ANEW}, or a ball that came off the sample"
 _COUNTER = "a counter that overflowed"
 _SLIP = "a slip, a pull-off, or another zero of the load cell"
 _METER = "a meter's range or offset that changed, or a counter that overflowed"

@@ -15,7 +15,7 @@ from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
-from calib.lab.instruments.numbers import is_missing, is_numeric, to_numbers
+from calib.lab.instruments.numbers import is_missing, is_numeric, numbers_in
 from calib.lab.instruments.sheet import OF_UNITS, Sheet
 from calib.lab.instruments.small_tables import in_small_table
 from calib.lab.instruments.stated import speaks_of_scale
@@ -349,7 +349,7 @@ def _counts_within(cells: Sequence[str], values: Mapping[str, FloatArray]) -> bo
     """
     if "time" not in values or "displacement" not in values or not all(map(_WHOLE.fullmatch, {c.strip() for c in cells[:50]})):
         return False
-    numbers, place = to_numbers([c.strip() for c in cells], ".").values, np.abs(np.diff(values["displacement"]))
+    numbers, place = numbers_in(cells), np.abs(np.diff(values["displacement"]))
     passed, steps = np.diff(values["time"]), np.diff(numbers)
     within, over = (passed == 0) & np.isfinite(steps), passed > 0
     if np.count_nonzero(within) < _FEWEST_TURNS or np.count_nonzero(over) < 2 or not np.all(steps[within] == steps[within][0]):

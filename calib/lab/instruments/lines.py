@@ -16,6 +16,13 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_cells import with_its_unit
 from calib.lab.instruments.vocabulary import understand
 
+#: Words by which a line says that results, and no readings, stand below it.
+OF_RESULTS = re.compile(
+    r"result|ergebnis|auswertung|zusammenfassung|kennwert|résultat|résumé|synthèse|risultat|riepilogo|resultad|resumen|resumo|"
+    r"wynik|podsumowanie|výsled|eredmény|sonuç|uitslag|samenvatting|statisti|statystyk|estadístic|summary|результат|итог|"
+    r"结果|結果|汇总|統計|统计|결과|요약",
+    re.IGNORECASE,
+)
 #: Rows of a second table that are too many to be left out as one of results.
 FEW_ROWS = 10
 

@@ -1,4 +1,4 @@
-"""From lines that name each of their values, `t_ms:20 force_N:0.4`, to a `Sheet` with these names."""
+"""From lines that name each of their values, `t_ms:20 force_N:0.4`, together or one a line, to a `Sheet` with these names."""
 
 from __future__ import annotations
 
@@ -24,6 +24,13 @@ _PAIR = (
     r"[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?|nan|inf|over|ovf|ol|-+)"
     r"(?: ?(?P<unit>(?![\d.,])[^\s:=,;|]{1,12})(?![^\s,;|]{0,40} ?[:=]))?"
 )
+# One value alone in a line, whose name may be of several words and hold its unit: "Time (s): 0.1", "Force (N),0.2".
+_ALONE = re.compile(
+    r"\s*(?P<name>[^\W\d][^:=,;|\t\n]{0,60}?)\s*[:=,;|\t]\s*"
+    + _PAIR[_PAIR.index("(?P<value>") : _PAIR.index("(?: ?(?P<unit>")]
+    + r"(?:\s?(?P<unit>(?![\d.,])[^\s:=,;|]{1,12}))?[\s,;|]*",
+    re.IGNORECASE,
+)
 # A time before the first name, as terminals write it.
 _STAMP = re.compile(
     r"[ \t]*(?P<stamp>(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9})?)[ \t,;|]+(?=[^\W\d])"
@@ -46,6 +53,8 @@ _ABOVE, _FEWEST = 20, 5
 _LOOKED_AT = 200
 # Letters of a line that says units.
 _LONGEST = 200
+# A number in a line that says which record begins there: "Reading 12", "--- 3 ---".
+_COUNT = re.compile(r"\d+")
 
 
 def named_values(text: LabText) -> Sheet | None:
@@ -62,6 +71,41 @@ def named_values(text: LabText) -> Sheet | None:
     InputError
         If a line among them is none, or names other values than the first.
     """
+    found = _of_each_line(text) or _of_records(text)
+    if found is None:
+        return None
+    names, rows, lines, first, cut_short, note = found
+    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
+    below, columns = [], []
+    for name, cells in zip(names, zip(*rows, strict=True), strict=True):
+        own = {unit for _, unit in cells}
+        below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
+        columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
+    units_line, said = _units_above(written[:first], names, below)
+    below = [said.get(name, unit) for name, unit in zip(names, below, strict=True)]
+    sheet = Sheet(
+        text,
+        " ",
+        0,
+        tuple(names),
+        units_line or None,
+        units=tuple(below) if any(below) else (),
+        columns=tuple(columns),
+        lines=np.array(lines, dtype=np.int64),
+        cut_short=cut_short,
+    )
+    more = (
+        [f"line {units_line} says their units: {', '.join(f'{name} in {unit}' for name, unit in said.items())}"] if said else []
+    )
+    above = [n - 1 for n, _ in written[:first] if n != units_line]
+    return replace(sheet, notes=(note, *more), unread=tuple(not_read(sheet, above, "above the rows")))
+
+
+_Found = tuple[list[str], list[list[tuple[str, str]]], list[int], int, bool, str]
+
+
+def _of_each_line(text: LabText) -> _Found | None:
+    """Names, values with units, 1-based lines, filled lines above, whether the last is cut, and a note: each line a row."""
     begin = list(islice((line for line in text.lines if line.strip()), _ABOVE + 1 + _FEWEST))
     first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _pairs(line)), -1)
     seen = [_pairs(line) for line in begin[first : first + _FEWEST]]
@@ -92,30 +136,57 @@ def named_values(text: LabText) -> Sheet | None:
         return None  # lines about what stands below them
     if faults:
         raise InputError(capped(faults, "lines cannot be read"))
-    below, columns = [], []
-    for name, cells in zip(names, zip(*rows, strict=True), strict=True):
-        own = {unit for _, unit in cells}
-        below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
-        columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
-    units_line, said = _units_above([(number, line) for number, line in written[:first]], names, below)
-    below = [said.get(name, unit) for name, unit in zip(names, below, strict=True)]
-    sheet = Sheet(
-        text,
-        " ",
-        0,
-        tuple(names),
-        units_line or None,
-        units=tuple(below) if any(below) else (),
-        columns=tuple(columns),
-        lines=np.array(lines, dtype=np.int64),
-        cut_short=cut_short,
-    )
-    note = f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
-    more = (
-        [f"line {units_line} says their units: {', '.join(f'{name} in {unit}' for name, unit in said.items())}"] if said else []
-    )
-    above = [n - 1 for n, _ in written[:first] if n != units_line]
-    return replace(sheet, notes=(note, *more), unread=tuple(not_read(sheet, above, "above the rows")))
+    return names, rows, lines, first, cut_short, f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
+
+
+def _of_records(text: LabText) -> _Found | None:
+    """The same of values that stand one a line, each behind its name, where the same names come in the same order again.
+
+    Records may be parted by blank lines, or by lines that are the same but for their number.
+    """
+    head = list(islice(((k, line) for k, line in enumerate(text.lines) if line.strip()), _LOOKED_AT))
+    seen = [match["name"] if (match := _ALONE.fullmatch(line)) is not None else "" for _, line in head]
+    first = next((k for k in range(min(_ABOVE, len(seen))) if seen[k] and seen[k] in seen[k + 2 :]), -1)
+    names = seen[first : seen.index(seen[first], first + 1)] if first >= 0 else []
+    # Behind the last name of a record may stand the line that begins the next.
+    title = head[first + len(names) - 1][1] if names and not names[-1] else ""
+    names = names[:-1] if title else names
+    again = [name for name in seen[first:] if name]
+    if len(names) < 2 or not all(names) or again[: _FEWEST * len(names)] != names * _FEWEST:
+        return None
+    wanted = _COUNT.sub("", title).strip()
+    first -= int(bool(title) and first > 0 and _COUNT.sub("", head[first - 1][1]).strip() == wanted)
+    rows: list[list[tuple[str, str]]] = []
+    lines: list[int] = []
+    values: list[tuple[int, str, str]] = []
+    cut_short, end = False, len(text.lines)
+    for number, line in enumerate(text.lines[head[first][0] :], head[first][0] + 1):
+        if not line.strip() or (not values and wanted and _COUNT.sub("", line).strip() == wanted):
+            continue
+        match = _ALONE.fullmatch(line)
+        if match is None or match["name"] != names[len(values)]:
+            end = number - 1
+            break
+        values.append((number, match["value"], match["unit"] or ""))
+        if len(values) == len(names):
+            cut_short = number == len(text.lines) and not text.ended and _decimals(values[-1][1]) != _decimals(rows[-1][-1][0])
+            lines.append(values[0][0])
+            rows.append([(value, unit) for _, value, unit in values])
+            values = []
+    below = [(k, line) for k, line in enumerate(text.lines[end:], end + 1) if line.strip()]
+    others = [line for _, line in below if (match := _ALONE.fullmatch(line)) is not None and match["name"] in names]
+    if len(rows) * len(names) < len(below) and 2 * len(others) < len(below):
+        return None  # lines about what stands below them
+    if others:
+        number, line = below[0]
+        message = f'"{line.strip()[:60]}" stands where the value of {names[len(values)]} would, as in the records above'
+        raise InputError(Fault(message, text.path, number, 1, "Take this record out of the file, or mend it"))
+    note = f"the values stand one a line, {len(names)} of each record, from line {lines[0]} on: {', '.join(names)}"
+    if values:
+        note += f"; the record that begins in line {values[0][0]} is cut off and left out"
+    if below:
+        note += f'; {len(below)} line(s) of text left out, the first is "{below[0][1].strip()[:60]}" (line {below[0][0]})'
+    return names, rows, lines, first, cut_short, note
 
 
 def _units_above(above: Sequence[tuple[int, str]], names: Sequence[str], own: Sequence[str]) -> tuple[int, dict[str, str]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.errors import in_shell
 from calib.lab.instruments.clock_cells import is_clock, is_date
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.ticks import Tick, as_written, stated_tick
 from calib.lab.instruments.times import gone_on, unit_of_numbers
@@ -165,7 +165,7 @@ def _seem_times(cells: Sequence[str]) -> bool:
 
 
 def _numbers(sheet: Sheet, index: int) -> FloatArray:
-    return to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
+    return numbers_in(sheet.columns[index], sheet.declared_decimal)
 
 
 def _where_it_falls(sheet: Sheet, index: int) -> str:

@@ -206,6 +206,24 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     return Numbers(values, empty, over, bad)
 
 
+def numbers_in(cells: Sequence[str], decimal: str = "") -> FloatArray:
+    """The numbers of cells in the notation that makes most of them numbers, nan where there is none.
+
+    What a column is read by is decided by `decide_notation`; this is for looking at columns that are not read.
+
+    Parameters
+    ----------
+    cells : of a column.
+    decimal : the decimal mark that the file states, which is taken where both make as many; "" if it states none.
+
+    >>> numbers_in(["0,5", " 1,25", "x"]).tolist(), numbers_in(["1,250"], ",").tolist()
+    ([0.5, 1.25, nan], [1.25])
+    """
+    plain = [c.strip() for c in cells]
+    tried = [to_numbers(plain, mark).values for mark in sorted(".,", key=lambda mark: mark != (decimal or "."))]
+    return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
+
+
 def _plain_numbers(joined: str, n: int, decimal: str) -> FloatArray | None:
     """The numbers of a column, one a line, if each is written as `float` reads it; None if one is not."""
     if _PLAIN[decimal].fullmatch(joined) is None or joined.count("\n") != n - 1:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from calib.errors import Choice
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import is_unit_of
@@ -66,7 +66,5 @@ def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
 
 
 def _moves(sheet: Sheet, index: int) -> bool:
-    values = to_numbers([c.strip() for c in sheet.columns[index]], sheet.declared_decimal or ".").values
-    if not np.any(np.isfinite(values)):
-        values = to_numbers([c.strip() for c in sheet.columns[index]], ",").values
+    values = numbers_in(sheet.columns[index], sheet.declared_decimal)
     return np.unique(values[np.isfinite(values)]).size >= _FEWEST

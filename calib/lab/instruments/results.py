@@ -1,13 +1,16 @@
-"""From the rows of a table to the last ones that are no readings: results without a word, drawn from the rows above them."""
+"""From the rows of a table to the last ones that are no readings: results drawn from the rows above them, or below a title."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 
 import numpy as np
 
-from calib.lab.instruments.lines import Table
-from calib.lab.instruments.numbers import is_numeric, to_numbers
+from calib.lab.instruments.brackets import no_record
+from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, Table, is_result, kind_of_line
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, numbers_in
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -15,6 +18,8 @@ from models.sensor import FloatArray
 _MOST, _FEWEST = 8, 12
 # How far a result may be off beside half of its last digit.
 _ROUNDED = 1e-6
+# Lines of results below a record at most, and steps of its clock that are none of the next reading.
+_LINES, _STEPS = 60, 5.0
 #: Results that only a row of results holds in all columns; the largest and the smallest of all may be a reading's, too.
 _OF_NO_READING = ("mean", "sd", "median", "sum", "range")
 
@@ -49,14 +54,56 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
     return {}
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> FloatArray:
-    """The numbers of cells in the notation that makes most of them numbers, nan where there is none."""
-    tried = [to_numbers([c.strip() for c in cells], mark).values for mark in ([decimal] if decimal else [".", ","])]
-    return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
+def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Sequence[int], keys: Sequence[int]) -> bool:
+    """Whether a line of text and all that stands below it are results: no row there is a reading of the record.
+
+    Rows are none with a word in the place of the time, or of the number at the beginning of each row above; below a line that
+    says so ("Results", "Mean,...") also a few whose time goes back, or is far from that of the last row.
+
+    Parameters
+    ----------
+    sheet : the record.
+    rows : cells of every line.
+    at : which of them is the line of text.
+    above : those that are rows of the record.
+    keys : columns that are understood.
+    """
+    below = list(islice(((k, rows[k]) for k in range(at, len(rows)) if any(map(str.strip, rows[k]))), _LINES + 1))
+    if len(below) > _LINES:
+        return False
+    width = len(sheet.names)
+    after = [row for k, row in below if k > at and kind_of_line(row, (), keys, width) == "row"]
+    if not after or len(above) < max(_FEWEST, 2 * len(after)):
+        return False
+    place = next((i for i, h in sheet.headings.items() if h.quantity == "time"), keys[0])
+    shown = [i for i in {0, place} if _is_reading(_cell(rows[above[-1]], i)) and _is_reading(_cell(rows[above[0]], i))]
+    numbers = [row for row in after if not any(_is_word(_cell(row, i)) for i in shown)]
+    if not numbers:
+        return True
+    titles = [cell for k, row in below if row not in after or k == at for cell in row]
+    said = any(OF_RESULTS.search(cell) or is_result(cell) for cell in titles if cell.strip() and not is_numeric(cell))
+    said = said or any(map(no_record, rows[at]))
+    if not said or len(numbers) >= FEW_ROWS or place not in sheet.headings or sheet.headings[place].quantity != "time":
+        return said and len(numbers) < FEW_ROWS and all(len(row) != width for row in numbers)
+    *_, before, last = numbers_in([_cell(rows[k], place) for k in above[-2:]], sheet.declared_decimal)
+    first = numbers_in([_cell(row, place) for row in numbers], sheet.declared_decimal)
+    return bool(np.all((first < last) | (first > last + _STEPS * abs(last - before))))
+
+
+def _cell(row: Sequence[str], index: int) -> str:
+    return row[index].strip() if index < len(row) else ""
+
+
+def _is_reading(cell: str) -> bool:
+    return is_numeric(cell) or is_clock(cell)
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell) and not (_is_reading(cell) or is_missing(cell) or is_over_range(cell))
 
 
 def _falls(cells: Sequence[str], decimal: str) -> bool:
-    above, below = _numbers(cells, decimal)
+    above, below = numbers_in(cells, decimal)
     return bool(below < above)
 
 
@@ -65,7 +112,7 @@ def _results(table: Table, first: int, decimal: str) -> dict[int, str]:
     wanted: dict[int, dict[str, bool]] = {row: {} for row in range(first, len(table.lines))}
     counted = 0
     for column in table.columns:
-        numbers = _numbers(column, decimal)
+        numbers = numbers_in(column, decimal)
         above = numbers[:first][np.isfinite(numbers[:first])]
         if above.size < _FEWEST or np.ptp(above) == 0:
             continue

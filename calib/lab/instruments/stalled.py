@@ -144,8 +144,8 @@ def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, to
     if kind == "end":
         cause = "a hold, or the end" if column.quantity == "displacement" else "the end"
         told.notes.append(
-            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on: {cause} of its '
-            "range, behind which nothing was measured"
+            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on, as at {cause} of '
+            "its range, behind which nothing would be measured"
         )
     elif kind == "late":
         message = (
@@ -171,8 +171,8 @@ def _tell_asleep(
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     why = (
         f'{_name(column.quantity)} is "{cell}" to the last digit in {lines} and then begins with a jump of '
-        f"{jump / column.factor:.4g} {unit}, where it goes on by {step / column.factor:.2g} {unit} a row: below a threshold, "
-        "or not on yet"
+        f"{jump / column.factor:.4g} {unit}, where it goes on by {step / column.factor:.2g} {unit} a row, as one "
+        "below a threshold, or not on yet, would"
     )
     told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
     told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
@@ -206,7 +206,7 @@ def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: 
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     why = (
         f'{_name(column.quantity)} is "{cell}" to the last digit in {lines}, at {"an end" if first else "the beginning"} of '
-        "the record, while the other channels go on: not measured there, as where empty cells were filled from their neighbour"
+        "the record, while the other channels go on, as if not measured there, but filled from a neighbour"
     )
     told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
     told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
@@ -351,7 +351,9 @@ def _runs(
             found.append((*ends, "lost"))
         elif driven and (at_end or way * way_after < 0) and would + pace > floor and _load_goes_on(others, *ends):
             found.append((*ends, "beyond"))
-        elif at_end:
+        elif not at_end and jump * way > floor * abs(way) and way_after * way < 0 and _go_on(others, *ends, ahead=False):
+            found.append((*ends, "lost"))  # over a turn, behind which it is farther on, though it goes back
+        elif at_end or (way_after * way < 0 and min(high - v[first], v[first] - low) <= floor):
             if would + pace > floor and pace >= _PACE * coarse and _go_on(others, *ends, ahead=False):
                 found.append((*ends, "end"))
         elif goes_on and way * way_after > 0 and min(would, pace_after * (lengths[k] - 1)) > floor:
@@ -445,8 +447,8 @@ def _goes_back(place: FloatArray | None, first: int, last: int) -> bool:
 def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
     name, cell = sheet.names[column.index], sheet.columns[column.index][row].strip()[:40]
     message = (
-        f'column "{name}" never goes back, and stands still at "{cell}" while the ball does: it holds the peak so far, not '
-        "what was measured in each row"
+        f'column "{name}" never goes back, and stands still at "{cell}" while the ball does, as a peak that is held '
+        "does, and no reading of each row"
     )
     quantity = _name(column.quantity)
     advice = (

@@ -16,6 +16,7 @@ from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.characters import DIRECTIONS, with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.odd_delimiters import with_usual_delimiters
 from calib.lab.instruments.signals import (
     with_axes_named,
     with_channels_named,
@@ -276,6 +277,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    parted, note = with_usual_delimiters(text)
+    if parted:
+        text, notes = parted, [*notes, note]
     if may_be_logged(text):
         lines, note = without_loggers(text.split("\n"))
         text, notes = ("\n".join(lines), [*notes, note]) if lines else (text, notes)

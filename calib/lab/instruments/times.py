@@ -405,4 +405,4 @@ def _lost_digits(cells: Sequence[str], rows: Sequence[int], numbers: FloatArray)
     match = _EXPONENT.fullmatch(cells[rows[0]].strip())
     if match is None or int(match["power"]) - len(match["digits"] or "") < 1:
         return ""
-    return f'"{cells[rows[0]].strip()}" has lost its last digits, and many rows share it'
+    return f'"{cells[rows[0]].strip()}" seems to have lost its last digits, and many rows share it'

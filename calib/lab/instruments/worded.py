@@ -13,7 +13,7 @@ from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.lexicon import EVENTS
 from calib.lab.instruments.lines import Table
-from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, to_numbers
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, numbers_in
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -57,7 +57,7 @@ def worded_rows(sheet: Sheet, table: Table, known: Collection[int]) -> Worded:
         worded = _worded(column)
         if not worded:
             continue
-        numbers = to_numbers([c.strip() for c in column], ".").values
+        numbers = numbers_in(column, sheet.declared_decimal)
         step = _step(numbers, worded)
         if not step and (sheet.names[index] or index > max(keys)):
             continue

@@ -149,7 +149,7 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
     lost = rise * float(x[end - 1] - x[begin])
     if n >= FLAT_TOP and lost > 3 * (c.step + c.noise):
         finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
-        advice = "The channel has reached the end of its range: choose a larger one, or press less."
+        advice = "The channel may have reached the end of its range: choose a larger one, or press less."
         return c.grade("clipping", "bad" if lost > FLAT_TOP_LOSS * c.span else "warning", n, "readings", finding, advice)
     level_off = _levels_off(c) if c.x_unit == "m" else None
     if level_off is not None:

@@ -54,7 +54,7 @@ def test_a_load_in_decimals_that_a_counter_wrote_below_zero_is_left_out(tmp_path
 
 def test_a_column_of_which_many_readings_are_below_zero_is_refused(tmp_path: Path) -> None:
     load = np.where(WAY > 40, 0.01 * np.clip(WAY - 40.0, 0.0, None) ** 1.5, -0.002 * (np.arange(N) % 2))
-    with pytest.raises(calib.InputError, match="16 bits without a sign went below zero, as in 39 rows"):
+    with pytest.raises(calib.InputError, match="16 bits without a sign that went below zero, as in 39 rows"):
         read(tmp_path, [f"{x:.0f}" for x in WAY], wrapped(load, 16, 3))
 
 

@@ -157,3 +157,11 @@ def test_days_are_offered_as_days_and_not_as_seconds_that_would_last_a_blink(tmp
     assert note.endswith(f"--columns time={name} --units time=day")
     table = read_lab_file(path, Reading(columns={"time": name}, units={"time": "day"}))
     np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=2e-4)
+
+
+def test_a_column_that_rises_as_a_time_does_is_named_in_a_file_of_decimal_commas_too(tmp_path: Path) -> None:
+    place = np.concatenate([np.linspace(0.0, 0.6, 30), np.linspace(0.58, 0.0, 30)])
+    rows = [f"{0.1 * k + 0.05:.2f};{x:.4f};{8 * max(x - 0.05, 0.0) ** 1.5:.4f}" for k, x in enumerate(place.tolist())]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Foo;Weg (mm);Kraft (N)", *(row.replace(".", ",") for row in rows)]) + "\n", encoding="utf-8")
+    assert any("--columns time=Foo --units time=s" in note for note in read_lab_file(path).notes)

@@ -113,7 +113,7 @@ def test_nines_among_numbers_with_a_mark_are_told_as_what_they_may_be(tmp_path: 
     times, depth = [f"{i * 0.1:.1f}" for i in range(n)], [f"{i * 0.0131:.4f}" for i in range(n)]
     table = read_lab_file(written(tmp_path, "Time (s),Depth (mm),Force (N)", times, depth, force, sep=","))
     assert [i for i, reason in enumerate(table.reasons) if reason] == [50, 51, 52, 120]
-    assert "stands for no reading, or has lost its decimal mark" in table.reasons[50]
+    assert "stands for no reading, or seems to have lost its decimal mark" in table.reasons[50]
 
 
 @pytest.mark.parametrize("quantity", ["Cp (pF)", "Force (N)"])

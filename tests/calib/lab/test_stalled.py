@@ -156,3 +156,16 @@ def test_a_load_that_stands_to_the_end_while_the_ball_goes_back_was_not_measured
     assert [r for r, why in enumerate(table.reasons) if why] == list(range(41, 120))
     assert any("not measured there" in note for note in table.notes)
     assert not any("the end of its range" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("quantity", ["force", "capacitance"])
+@pytest.mark.parametrize(("before", "behind"), [(6, 4), (8, 5), (5, 3)])
+def test_a_channel_that_is_frozen_over_the_turn_and_then_is_farther_on_is_left_out(
+    tmp_path: Path, quantity: str, before: int, behind: int
+) -> None:
+    values = PRESS.columns[quantity].copy()
+    turn = int(np.argmax(PRESS.columns["displacement"]))
+    values[turn - before : turn + behind + 1] = values[turn - before]
+    obs = observed(tmp_path, PRESS.columns | {quantity: values})
+    assert all(f"{quantity} stands still" in obs.reason[r] for r in range(turn - before + 1, turn + behind + 1))
+    assert not any("stands still" in obs.reason[r] for r in (*range(turn - before), *range(turn + behind + 2, 200)))

@@ -49,7 +49,7 @@ def test_only_the_rows_of_a_block_with_an_offset_are_left_out(tmp_path: Path, dr
     obs = _observed(tmp_path, press)
     odd = {i for i, r in enumerate(obs.reason) if r and not r.startswith(_ALLOWED)}
     assert odd == set(press.wrong)
-    assert all("comes back: an offset" in obs.reason[i] or " contradicts " in obs.reason[i] for i in odd)
+    assert all("comes back, as by an offset" in obs.reason[i] or " contradicts " in obs.reason[i] for i in odd)
     assert not obs.table.zeroed
 
 
