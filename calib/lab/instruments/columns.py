@@ -350,6 +350,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, why)
                 values[quantity][r] = np.nan
     if "status" in choice.chosen:
+        unread[places["status"]] = "the status of the meter, which says which rows are good"
         cells_of_status = _cells(sheet, places["status"])
         compared = COMPARED if compares(cells_of_status) else ()
         if compared and any(cell.lower() in compared and cell.lower() != "in" for cell in cells_of_status):

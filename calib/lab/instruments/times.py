@@ -62,7 +62,7 @@ def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -
             np.full(len(cells), np.nan),
             conflict=f'the times are written with colons, which are in no unit "{asked}"',
             advice="Say --units time=h:min:s, --units time=d:h:min:s, --units time=min:s, "
-            "--units time=min:s:cs, --units time=h:min:s:cs or --units time=h:min:s:ms",
+            "--units time=min:s:cs, --units time=h:min:s:cs, --units time=h:min:s:ms or --units time=h:min:s:frame/25",
         )
     return read_clock(cells, sheet.columns[beside] if beside is not None else (), form)
 
