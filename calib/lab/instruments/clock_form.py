@@ -25,7 +25,7 @@ FRAMES = re.compile(r"(?:h:)?min:s:frames?(?:/(?P<rate>\d{1,4}(?:\.\d{1,6})?))?"
 
 @dataclass(frozen=True)
 class ClockForm:
-    """What the parts of times count: one of `FORMS`, and what speaks against it; or "" with why it is open, and the likeliest."""
+    """What the parts of times count: one of `FORMS`, and what is against it; or "" with why it is open, and the likeliest."""
 
     form: str
     conflict: str = ""

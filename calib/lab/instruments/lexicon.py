@@ -21,7 +21,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         quantity: tuple(name.strip() for name in " | ".join(lines).split("|"))
         for quantity, lines in {
             "time": (
-                "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
+                "time | total time | running time | run time | elapsed time | time elapsed | test time | relative time | timestamp",
                 "time stamp | measurement time | elapsed | time since start | unix time | unix timestamp | epoch",
                 "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros | ts",
                 "seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel | zeitpunkt",
