@@ -21,7 +21,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         quantity: tuple(name.strip() for name in " | ".join(lines).split("|"))
         for quantity, lines in {
             "time": (
-                "time | total time | running time | run time | elapsed time | time elapsed | test time | relative time | timestamp",
+                "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
                 "time stamp | measurement time | elapsed | time since start | unix time | unix timestamp | epoch",
                 "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros | ts",
                 "seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel | zeitpunkt",
@@ -31,7 +31,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 測定時間 | 時刻 | 日時 | 測定日時 | 시간 | 경과시간 | 시험시간",
-                "cycle elapsed time",
+                "cycle elapsed time | run time",
                 "thời gian | waktu | الزمن | الوقت | समय | време | เวลา | زمان | זמן",
             ),
             "displacement": (
