@@ -115,7 +115,7 @@ def with_last_parts(sheet: Sheet, index: int, said: str) -> tuple[list[str], str
     if said:
         width = _WIDTHS.get(said, 0) if len(max(times.written, key=len)) <= _WIDTHS.get(said, 0) else 0
         return _with_decimals(sheet, index, cells, times, width) if width and colons else None
-    width = _width_shown(sheet, index, cells, times) if colons else 0
+    width = _width_shown(sheet, index, cells, times, stated) if colons else 0
     if width:
         return _with_decimals(sheet, index, cells, times, width)
     if decimals and shown:
@@ -209,9 +209,10 @@ def _of_frames(sheet: Sheet, index: int, cells: Sequence[str], times: _Times, ra
     dropping = times.mark == ";" or _leaves_out(times, minutes, nominal)
     dropped = _DROPPED * (nominal // 30) * (minutes - np.floor(minutes / 10)) if dropping and nominal % 30 == 0 else 0.0
     frames = times.seconds * nominal + times.parts - dropped
-    # Over midnight the frames begin anew.
-    days = np.cumsum(np.concatenate(([0.0], np.diff(times.seconds) < -43200.0))) if times.hours else 0.0
-    since = (frames - frames[0]) / rate + 86400.0 * days
+    # Over midnight, and where an hour is full that is not written, they begin anew.
+    period = 86400.0 if times.hours else 3600.0
+    begun = np.cumsum(np.concatenate(([0.0], np.diff(times.seconds) < -period / 2)))
+    since = (frames - frames[0]) / rate + period * begun
     total = times.seconds[0] + times.parts[0] / nominal + since
     dated = any(" " in whole or "T" in whole for whole in times.wholes)
     if dated:
@@ -244,7 +245,7 @@ def _pointed(cells: Sequence[str], times: _Times, width: int) -> list[str]:
     return [next(filled) if c else "" for c in cells]
 
 
-def _width_shown(sheet: Sheet, index: int, cells: Sequence[str], times: _Times) -> int:
+def _width_shown(sheet: Sheet, index: int, cells: Sequence[str], times: _Times, stated: float) -> int:
     """The digits of a last part that is shown to be hundredths or milliseconds; 0 where it is not.
 
     Raises
@@ -262,7 +263,7 @@ def _width_shown(sheet: Sheet, index: int, cells: Sequence[str], times: _Times) 
     as_decimals = read_clock(_pointed(cells, times, 0)).seconds
     proven = counted and longest == 3 and np.any(np.diff(as_decimals) < 0) and not np.any(np.diff(seconds[3]) < 0)
     width = 3 if proven else min(even, default=0) if longest < 3 or counted else 0
-    if not width and len(lengths) > 1 and not _frames_shown(times):
+    if not width and len(lengths) > 1 and not (stated or _frames_shown(times)):
         first = next(c for c in cells if c)
         message = f'"{first}" in column "{sheet.names[index]}": the last part of the times may be of a second, or none'
         advice = (

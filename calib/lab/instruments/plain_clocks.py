@@ -70,8 +70,8 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         If milliseconds seem to be written without zeros before them, but do not go on evenly so.
     """
     sheet = _of_parts(sheet, reading)
-    if sheet.text.typed:
-        return sheet
+    # What the format of a file says to be a time or a number is as it should be; a last part behind a colon is text in any.
+    typed = sheet.text.typed
     columns, notes = list(sheet.columns), list(sheet.notes)
     headings = sheet.headings
     with_clocks = {i for i, cells in enumerate(sheet.columns) if holds_clock(cells)}
@@ -83,7 +83,7 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         if heading is None and with_clocks - {index}:
             continue  # days beside times of day
         name = sheet.names[index] or f"column {index + 1}"
-        dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
+        dotted = None if typed else _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
         if dotted is not None:
             first = next(c for c in columns[index] if c.strip()).strip()
             notes.append(f'"{name}": "{first}" is read as a time of day, {next(c for c in dotted if c)}')
@@ -92,7 +92,7 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         if colons is not None:
             columns[index], note = colons
             notes += [note]
-        if not is_time:
+        if not is_time or typed:
             continue
         unit = (heading.unit if heading is not None else "") or sheet.unit_below(index)
         bare = _bare(columns[index], told=unit.lower().strip() in _BARE_FORMS)

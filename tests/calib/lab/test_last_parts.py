@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from openpyxl import Workbook
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
@@ -121,3 +122,25 @@ def test_sixty_a_second_may_be_seconds_of_days(tmp_path: Path) -> None:
     assert "--units time=d:h:min:s if seconds" in told
     assert_frames(record(tmp_path, times, said="h:min:s:frame/60"), frames, 60)
     np.testing.assert_allclose(np.diff(record(tmp_path, times, ["Frame rate: 60 fps"], said="d:h:min:s").columns["time"]), 1.0)
+
+
+@pytest.mark.parametrize(("nominal", "step"), [(25, 1), (100, 4)])
+def test_workbooks_hold_such_times_as_text(tmp_path: Path, nominal: int, step: int) -> None:
+    book = Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append(["Time", "Displacement (mm)", "Force (N)"])
+    for i, (x, f) in enumerate(zip(PLACE, LOAD, strict=True)):
+        sheet.append([timecode(step * i, nominal), x, f])
+    book.save(tmp_path / "press.xlsx")
+    form = "h:min:s:cs" if nominal == 100 else "h:min:s:frame/25"
+    for units in ({}, {"time": form}):
+        time = read_lab_file(tmp_path / "press.xlsx", Reading(units=units)).columns["time"]
+        np.testing.assert_allclose(time - time[0], np.arange(N) * step / nominal, atol=2e-6)
+
+
+def test_minutes_go_on_where_an_hour_is_full_and_frames_over_midnight(tmp_path: Path) -> None:
+    frames = list(range(N))
+    for start, hours in ((3598, ""), (86_398, "{h:02d}:")):
+        times = [timecode(k, 25, start, hours=hours).replace("24:", "00:", 1 if k >= 50 and hours else 0) for k in frames]
+        assert_frames(record(tmp_path, times), frames, 25)
