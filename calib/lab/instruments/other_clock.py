@@ -156,7 +156,7 @@ def clocks_beside(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, 
         time, other = readings(columns, [factor, lab_factor(own, "time")], sheet.declared_decimal)
         steps = np.diff(other[np.isfinite(other)])
         falls = int(np.count_nonzero(steps < 0))
-        if steps.size < _FEWEST or np.mean(steps > 0) < _MOVES:
+        if steps.size < _FEWEST or np.mean(steps > 0) < _MOVES or np.count_nonzero(np.isfinite(time)) < _FEWEST:
             continue
         how, off = difference(time, other)
         if falls:

@@ -82,6 +82,12 @@ def test_a_time_that_begins_anew_alone_is_not_read_and_told(tmp_path: Path) -> N
     assert any("where a clock begins anew" in note for note in table.notes)
 
 
+def test_a_clock_beside_a_time_without_numbers_is_no_crash(tmp_path: Path) -> None:
+    head = "Time (s),Instrument time (s),Displacement (mm),Force (N)"
+    with pytest.raises(InputError, match="is not a number"):
+        read(tmp_path, head, [["abc"] * N, seconds(TIME), X, F])
+
+
 # ------------------------------------------------------------------------------------------------------ ticks to the last
 
 
