@@ -365,6 +365,10 @@ def _show(o: Observations) -> None:
         ("time", o.time, 1.0, "s"),
         ("displacement", o.displacement, 1e3, "mm"),
         *((name, values, CHANNELS[name].display_scale, CHANNELS[name].display_unit) for name, values in o.channels.items()),
+        *(
+            (name, table.columns.get(name), 1.0, unit)
+            for name, unit in (("dissipation", ""), ("frequency", "Hz"), ("cycle", ""))
+        ),
     )
     for name, values, scale, unit in rows:
         if values is None:

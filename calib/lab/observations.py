@@ -12,6 +12,7 @@ import numpy as np
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.lab.branches import label_branches
+from calib.lab.cycles_told import cycles_told
 from calib.lab.instruments import IntArray, LabTable
 from calib.lab.limits import contact_of, limits_of
 from calib.lab.part import FEWEST_ROWS, OF_CYCLE, check_contact, nothing_left, nothing_tells, used_cycles, why_not
@@ -196,6 +197,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         notes.insert(
             0, f"the force seems to have another zero from {_lines(table, tared)} on: rows of one zero are used together"
         )
+    notes += cycles_told(table, branch.tolist(), cycles)
     return Observations(
         table=table,
         time=time,

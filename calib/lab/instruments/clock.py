@@ -83,6 +83,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         row = int(np.argmax(there))
         advice = f"{_SAY}{told.likely}, {WITHOUT}" if told.likely else _LOG
         return ClockTimes(np.full(n, np.nan), conflict=told.conflict, row=row, advice=advice)
+    notes += [f"the times are read as asked, though {told.against}"] if told.against else []
     meant = told.form
     weights = FORMS[meant]
     timed = meant == "h:min:s" and not parsed.long_hours

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -18,20 +19,24 @@ FORMS = {
     "min:s:cs": (60.0, 1.0, 0.01),
     "d:h:min:s": (3600.0, 60.0, 1.0),
 }
+#: How times that end in frames may be said to be written, with how many of these are a second, "h:min:s:frame/25".
+FRAMES = re.compile(r"(?:h:)?min:s:frames?(?:/(?P<rate>\d{1,4}(?:\.\d{1,6})?))?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class ClockForm:
-    """What the parts of times count: one of `FORMS`; or "" with why it is open, and the likeliest for the user to say."""
+    """What the parts of times count: one of `FORMS`, and what is against it; or "" with why it is open, and the likeliest."""
 
     form: str
     conflict: str = ""
     likely: str = ""
+    against: str = ""
 
 
 _HOURS = ClockForm("h:min:s")
-_HUNDREDTHS = "min:s:cs if it is hundredths"
-_PARTS_OF_SECOND = "h:min:s:cs if it is hundredths"
+_NO_SECONDS = "the last part of the times does not go on as seconds do where a minute is full"
+_HUNDREDTHS = "min:s:cs if it is hundredths, --units time=min:s:frame/25 if it is frames, 25 of which are a second"
+_PARTS_OF_SECOND = "h:min:s:cs if it is hundredths, --units time=h:min:s:frame/25 if it is frames, 25 of which are a second"
 
 
 def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm:
@@ -83,8 +88,7 @@ def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm
         step = float(np.median(steps[carried] + 60))
         if usual / 3 <= step <= 3 * max(usual, 1.0):
             return _HOURS
-        why = "the last part of the times does not go on as seconds do where a minute is full"
-        return ClockForm("", why, _HUNDREDTHS)
+        return ClockForm("", _NO_SECONDS, _HUNDREDTHS)
     if first[0] > 0:
         return _HOURS
     why = "the parts of the times may be hours, minutes and seconds, or minutes, seconds and hundredths: no minute is full"
@@ -96,11 +100,13 @@ def _four_parts(parsed: ClockParts, said: str) -> ClockForm:
     third = parsed.parts[np.isfinite(parsed.parts[:, 0]), 2]
     if np.any(third >= 60):
         return ClockForm("", "the last of four parts passes 60: it is no second", _PARTS_OF_SECOND)
-    if said:
-        return _HOURS if said == "d:h:min:s" else ClockForm("", "the times have four parts", "d:h:min:s")
+    if said and said != "d:h:min:s":
+        return ClockForm("", "the times have four parts", "d:h:min:s")
     if np.any(third % 1):
         return _HOURS
     found = clock_form(replace(parsed, days=False), (), "")
+    if said:
+        return replace(_HOURS, against=found.conflict if found.conflict == _NO_SECONDS else "")
     likely = f"d:h:min:s if they begin with days, --units time={_PARTS_OF_SECOND}"
     return found if found.form else ClockForm("", f"{found.conflict}; they have four", likely)
 
@@ -116,7 +122,7 @@ def form_of_clock(unit: str) -> str:
     ('h:min:s', 'min:s', '', 'min:s:cs')
     """
     tidy = unit.strip().lower()
-    if tidy in ("h:min:s:cs", "h:min:s:ms"):
+    if tidy in ("h:min:s:cs", "h:min:s:ms") or FRAMES.fullmatch(tidy):
         return "h:min:s"  # the last part is a decimal by then
     if tidy in FORMS:
         return tidy

@@ -32,7 +32,7 @@ from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
-from calib.lab.instruments.other_clock import of_another_clock, of_one_time, second_clock, twin_axes
+from calib.lab.instruments.other_clock import clocks_beside, of_another_clock, of_one_time, second_clock, twin_axes
 from calib.lab.instruments.own_ways import with_plain_numbers
 from calib.lab.instruments.pasted import pasted_rows
 from calib.lab.instruments.press_unread import notes_on_press
@@ -255,6 +255,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         or twin_axes(sheet, places, unread, reading)
     )
     notes += of_one_time(sheet, places)
+    clocks, told = clocks_beside(sheet, places, unread)
+    unread.update(clocks)
+    notes += told
     keyed = {q: index for q, index in places.items() if q in values}
     if "force" in values:
         faults += load_or_acceleration(sheet, *choice.chosen["force"], values, reading)
@@ -350,6 +353,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, why)
                 values[quantity][r] = np.nan
     if "status" in choice.chosen:
+        unread[places["status"]] = "the status of the meter, which says which rows are good"
         cells_of_status = _cells(sheet, places["status"])
         compared = COMPARED if compares(cells_of_status) else ()
         if compared and any(cell.lower() in compared and cell.lower() != "in" for cell in cells_of_status):

@@ -117,7 +117,7 @@ def keys_in_turn(sheet: Sheet, used: Mapping[str, int]) -> list[str]:
     notes = []
     for index, column in enumerate(sheet.columns):
         known = index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity
-        if known or _list_codes(column) is None:
+        if known or is_unit_of(sheet.unit_written(index) or "?", "time") or _list_codes(column) is None:
             continue
         cells = [c.strip() for c in column]
         choice = Choice("where", tuple(dict.fromkeys(c for c in cells if c)), asked_name(sheet, index))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from calib.lab.instruments.started import date_in
+from calib.lab.instruments.started import date_in, hour_of_day
 
 _LONGEST, _DAY = 160, 86400.0
 # "Start: 26.11.2026 14:05:07", "Prüfbeginn;14:05", "Test started at 2026-11-26T14:05:07.2 PM".
@@ -83,9 +83,7 @@ def _days(first: str, last: str) -> int | None:
 
 
 def _of_day(match: re.Match[str]) -> float | None:
-    hour, half = int(match["h"]), (match["half"] or "").lower()
-    if half:
-        hour = hour % 12 + (12 if half[0] == "p" else 0)
+    hour = hour_of_day(int(match["h"]), match["half"] or "")
     if hour > 23 or int(match["m"]) > 59:
         return None
     return 3600.0 * hour + 60.0 * int(match["m"]) + float((match["s"] or "0").replace(",", "."))

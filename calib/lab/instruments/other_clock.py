@@ -24,6 +24,8 @@ _SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
 _NEARLY, _PASTED = 0.5, 0.125
 # So many rows without a cell at the end of a column are none that was lost.
 _LOST = 3
+# Times that differ by such a share of their span are those of one clock.
+_EXACTLY = 1e-5
 _WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _PRESS = ("displacement", "force")
 _READ = (*_PRESS, "capacitance", "capacitance_series")
@@ -124,6 +126,56 @@ def second_clock(
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
         return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
     return []
+
+
+def clocks_beside(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str]) -> tuple[dict[int, str], list[str]]:
+    """Tell of columns of names that are not known, in a unit of time, how they go beside the time that is read.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    unread : index -> why a column is not read.
+
+    Returns
+    -------
+    Why each is not read, and the notes on those that go on otherwise, with the option that reads them.
+    """
+    if "time" not in places:
+        return {}, []
+    taken = sheet.names[places["time"]]
+    reasons, notes = {}, []
+    unit = sheet.unit_written(places["time"])
+    factor = lab_factor(unit, "time") if is_unit_of(unit or "?", "time") else 1.0
+    for index in range(len(sheet.names)):
+        own = sheet.unit_written(index)
+        unknown = unread.get(index, "").startswith(UNKNOWN) and index not in sheet.set_aside
+        if not unknown or not is_unit_of(own or "?", "time"):
+            continue
+        columns = [sheet.columns[places["time"]], sheet.columns[index]]
+        time, other = readings(columns, [factor, lab_factor(own, "time")], sheet.declared_decimal)
+        steps = np.diff(other[np.isfinite(other)])
+        falls = int(np.count_nonzero(steps < 0))
+        if steps.size < _FEWEST or np.mean(steps > 0) < _MOVES or np.count_nonzero(np.isfinite(time)) < _FEWEST:
+            continue
+        how, off = difference(time, other)
+        if falls:
+            reasons[index] = f'begins anew, {falls} time(s), while "{taken}" goes on'
+        elif how in ("same", "zero"):
+            but = " but for their zero" if how == "zero" else ""
+            within = f", within {100 * off:.2g} % of their span" if off > _EXACTLY else ""
+            reasons[index] = f'the same times as "{taken}"{but}{within}'
+        else:
+            asked = Choice("columns", (sheet.name_for_asking(index),), "time")
+            reasons[index] = f'another clock, "{taken}" is taken'
+            why = "whose name is known" if "time" not in sheet.assigned.values() else "as asked"
+            spans = [float(np.ptp(v[np.isfinite(v)])) for v in (time, other)]
+            notes.append(
+                f'"{sheet.names[index]}" is a clock, too, which goes on for {spans[1]:.4g} s where "{taken}" does for '
+                f"{spans[0]:.4g} s: the time is that of the latter, {why}; to read the other, {asked}; "
+                "what was read at the other times is to be left out"
+            )
+    return reasons, notes
 
 
 def twin_axes(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str], reading: Reading) -> list[Fault]:

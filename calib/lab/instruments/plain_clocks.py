@@ -12,6 +12,7 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.last_parts import with_last_parts
 from calib.lab.instruments.numbers import to_numbers
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
@@ -42,10 +43,6 @@ _PARTS = {
 }
 # A number, or a time of day, and the digits behind its point.
 _SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1,9})")
-# A time of day with a colon before the parts of its seconds, what a user may say that these are -> how many digits they have,
-# the seconds over which they show it, and the largest step: from a minute to the next seconds, and frames, go on unevenly so.
-_FOUR_PARTS = re.compile(r"(?P<whole>(?:.*\D)?\d{1,2}:[0-5]\d:[0-5]\d):(?P<part>\d{1,3})")
-_LAST_PARTS, _SEVERAL, _WITHIN = {"h:min:s:cs": 2, "h:min:s:ms": 3}, 2.5, 0.6
 # Minutes and seconds with a point between them, and the largest step of such that shows that they are.
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
 # What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
@@ -73,8 +70,8 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         If milliseconds seem to be written without zeros before them, but do not go on evenly so.
     """
     sheet = _of_parts(sheet, reading)
-    if sheet.text.typed:
-        return sheet
+    # What the format of a file says to be a time or a number is as it should be; a last part behind a colon is text in any.
+    typed = sheet.text.typed
     columns, notes = list(sheet.columns), list(sheet.notes)
     headings = sheet.headings
     with_clocks = {i for i, cells in enumerate(sheet.columns) if holds_clock(cells)}
@@ -86,16 +83,16 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
         if heading is None and with_clocks - {index}:
             continue  # days beside times of day
         name = sheet.names[index] or f"column {index + 1}"
-        dotted = _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
+        dotted = None if typed else _rewritten(columns[index], _from_dots) or _rewritten(columns[index], _from_digits)
         if dotted is not None:
             first = next(c for c in columns[index] if c.strip()).strip()
             notes.append(f'"{name}": "{first}" is read as a time of day, {next(c for c in dotted if c)}')
             columns[index] = dotted
-        colons = _of_four_parts(sheet, index, reading.units.get("time", "")) if is_time or heading is None else None
+        colons = with_last_parts(sheet, index, reading.units.get("time", "")) if is_time or heading is None else None
         if colons is not None:
             columns[index], note = colons
             notes += [note]
-        if not is_time:
+        if not is_time or typed:
             continue
         unit = (heading.unit if heading is not None else "") or sheet.unit_below(index)
         bare = _bare(columns[index], told=unit.lower().strip() in _BARE_FORMS)
@@ -225,60 +222,6 @@ def _from_dots(cell: str) -> str | None:
     if match is None:
         return None
     return f"{(match['date'] or '').replace(',', ' ')}{match['h']}:{match['m']}:{match['s']}{match['part'] or ''}"
-
-
-def _of_four_parts(sheet: Sheet, index: int, said: str) -> tuple[list[str], str] | None:
-    """Times whose hundredths or milliseconds stand behind a colon, with a point there, and the note on them; None if none are.
-
-    Hundredths are proven by times that go on evenly so over several seconds, milliseconds that are not filled up by times that
-    never fall so, and else would.
-
-    Raises
-    ------
-    InputError
-        If the last parts of such times have different numbers of digits, and it is neither said nor proven what they are.
-    """
-    first = next((c.strip() for c in sheet.columns[index] if c.strip()), "")
-    if _FOUR_PARTS.fullmatch(first) is None:
-        return None
-    cells = [c.strip() for c in sheet.columns[index]]
-    matches = [_FOUR_PARTS.fullmatch(c) for c in cells if c]
-    parts = [match["part"] for match in matches if match is not None]
-    if len(parts) < max(_FEWEST, len(matches)) or (set(map(len, parts)) == {3} and not said):
-        return None
-    longest = max(map(len, parts))
-
-    def pointed(width: int) -> list[str]:
-        filled = iter([f"{match['whole']}.{match['part']:0>{width}}" for match in matches if match is not None])
-        return [next(filled) if c else "" for c in cells]
-
-    width = _LAST_PARTS.get(said, 0) if longest <= _LAST_PARTS.get(said, 0) else 0
-    if not said:
-        seconds = {n: _seconds(pointed(n)) for n in (2, 3) if longest <= n}
-        even = {n for n, s in seconds.items() if _is_steady(s)}
-        counted = len(set(map(len, parts))) > 1 and not any(len(p) > 1 and p[0] == "0" for p in parts)
-        written = _seconds([c if not c else f"{c[: c.rindex(':')]}.{c[c.rindex(':') + 1 :]}" for c in cells])
-        proven = counted and longest == 3 and np.any(np.diff(written) < 0) and not np.any(np.diff(seconds[3]) < 0)
-        width = 3 if proven else min(even, default=0) if longest < 3 or counted else 0
-        if not width and len(set(map(len, parts))) > 1:
-            message = f'"{first}" in column "{sheet.names[index]}": the last part of the times may be of a second, or none'
-            advice = (
-                f"Say what it is: --units time=h:min:s:ms if milliseconds, --units time=h:min:s:cs if hundredths, {WITHOUT}"
-            )
-            raise InputError(Fault(message, sheet.text.path, int(sheet.lines[0]), index + 1, advice=advice))
-    if not width:
-        return None
-    found = pointed(width)
-    what = {2: "hundredths", 3: "milliseconds"}[width]
-    at = next((k for k, p in enumerate(cells) if p and len(p.rsplit(":", 1)[1]) > 1), 0)
-    return found, f'"{sheet.names[index]}": the last part of the times counts {what}: "{cells[at]}" is read as {found[at]}'
-
-
-def _is_steady(seconds: FloatArray) -> bool:
-    """Whether times go on in the same steps of parts of a second, but for their last digit, over several seconds."""
-    there = seconds[np.isfinite(seconds)]
-    steps = np.diff(there)
-    return bool(np.min(steps) > 0 and np.max(steps) < min(_WITHIN, np.min(steps) * 1.1 + 0.02) and np.ptp(there) > _SEVERAL)
 
 
 def _from_digits(cell: str) -> str | None:

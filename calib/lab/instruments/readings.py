@@ -14,7 +14,15 @@ from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_dashes, is_hidden, is_missing, is_numeric, to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import above_the_record, clock_of, gone_on, out_of_order, time_faults, time_notes
+from calib.lab.instruments.times import (
+    above_the_record,
+    clock_of,
+    gone_on,
+    out_of_order,
+    ticks_since_1970,
+    time_faults,
+    time_notes,
+)
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
@@ -130,7 +138,10 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         empty[np.flatnonzero(over)[dashes]] = True
         over &= ~empty
     rows += [(r, _without_reading(cells[r].strip())) for r in np.flatnonzero(over).tolist()]
-    return Readings(_times(number, column.factor), empty, tuple(rows), tuple(notes), tuple(faults))
+    ticks = ticks_since_1970(cells, number, column.factor) if column.quantity == "time" and not column.clock else None
+    notes += [f'"{name}": {ticks[1]}'] if ticks is not None else []
+    values = _times(number, column.factor) if ticks is None else ticks[0]
+    return Readings(values, empty, tuple(rows), tuple(notes), tuple(faults))
 
 
 def _without_reading(cell: str) -> str:

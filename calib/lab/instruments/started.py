@@ -51,6 +51,20 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
     return None
 
 
+def hour_of_day(hour: int, half: str) -> int:
+    """The hour of a day from that of its half.
+
+    Parameters
+    ----------
+    hour : as written.
+    half : "am" or "pm" in any form, "" for none.
+
+    >>> hour_of_day(12, "AM"), hour_of_day(2, "p.m."), hour_of_day(14, "")
+    (0, 14, 14)
+    """
+    return hour % 12 + (12 if half[0] in "pP" else 0) if half else hour
+
+
 def date_in(text: str) -> datetime | None:
     """The first date of a text; None without one, or where day and month cannot be told apart."""
     match = _DATE.search(text)
@@ -67,9 +81,7 @@ def _date(match: re.Match[str]) -> datetime | None:
         year, month, day = c, a, b
     else:
         return None  # day and month cannot be told apart
-    hour = int(match["h"] or 0)
-    if match["half"]:
-        hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
+    hour = hour_of_day(int(match["h"] or 0), match["half"] or "")
     try:
         return datetime(year, month, day, hour, int(match["m"] or 0), int(match["s"] or 0))
     except ValueError:

@@ -28,6 +28,8 @@ _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _DAY = 86_400.0
 # What .NET counts since the year 1 and Windows since 1601 (FILETIME), and how many there are of it in the years 2010 to 2036.
 TICK, _TICKS = "100 ns", {"the year 1": (6.339e17, 6.424e17), "1601 (FILETIME)": (1.29e17, 1.373e17)}
+# The same at the beginning of 1970, and how many of them are a second.
+_TICKS_1970, _TICKS_OF_SECOND = {"the year 1": 621_355_968_000_000_000, "1601 (FILETIME)": 116_444_736_000_000_000}, 10_000_000
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
@@ -62,7 +64,7 @@ def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -
             np.full(len(cells), np.nan),
             conflict=f'the times are written with colons, which are in no unit "{asked}"',
             advice="Say --units time=h:min:s, --units time=d:h:min:s, --units time=min:s, "
-            "--units time=min:s:cs, --units time=h:min:s:cs or --units time=h:min:s:ms",
+            "--units time=min:s:cs, --units time=h:min:s:cs, --units time=h:min:s:ms or --units time=h:min:s:frame/25",
         )
     return read_clock(cells, sheet.columns[beside] if beside is not None else (), form)
 
@@ -185,6 +187,28 @@ def time_faults(
 def _begin_of_ticks(number: float) -> str:
     """Since when so many ticks of 100 ns are a time of our days; "" if since no year from which they are counted."""
     return next((begin for begin, (low, high) in _TICKS.items() if low < number < high), "")
+
+
+def ticks_since_1970(cells: Sequence[str], numbers: FloatArray, factor: float) -> tuple[FloatArray, str] | None:
+    """Seconds since 1970 of ticks of 100 ns since another year, to the last tick, and the note on them; None if they are none.
+
+    As numbers of double precision they would be off by up to 64 ticks, and in seconds by 8 microseconds.
+
+    Parameters
+    ----------
+    cells, numbers : of a time, and what was read of them, nan where there is none, (n_row,).
+    factor : from its unit to seconds.
+    """
+    there = np.flatnonzero(np.isfinite(numbers))
+    begin = _begin_of_ticks(float(np.median(numbers[there]))) if there.size and np.isclose(factor, 1e-7, rtol=1e-9) else ""
+    if not begin:
+        return None
+    found = np.full(numbers.size, np.nan)
+    for row in there.tolist():
+        text = cells[row].strip()
+        ticks = int(text) if text.isdecimal() else int(numbers[row])
+        found[row] = (ticks - _TICKS_1970[begin]) / _TICKS_OF_SECOND
+    return found, f"ticks of {TICK} since {begin} are read as seconds since 1970"
 
 
 def unit_of_numbers(number: float) -> str:

@@ -102,9 +102,12 @@ def below_header(
                 continue
             cells = ["", *cells[1:]]
         found = _units(_above_readings(cells, names, later), names) if units_line is None else None
-        if index + 1 == text.units_line:
+        of_logger = tuple(cells[: len(_OF_CAMPBELL)]) == _OF_CAMPBELL and units_line is None
+        if index + 1 == text.units_line or of_logger:
             # Units that are not known stay as they are written: what has one is no quantity, or is refused.
             found = tuple(c.strip() if (own := unit_cell(c)) is None else own.unit for c in cells)
+        if of_logger and found is not None:
+            found = ("", "", *found[len(_OF_CAMPBELL) :])
         if _RULER.fullmatch(line):
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
         elif all(c.strip(' -–—"') == "" for c in cells):
@@ -116,6 +119,9 @@ def below_header(
         elif found is not None:
             units_line, units = index + 1, found
             unread += _words_among(cells, found, index + 1)
+        elif units_line == index and _made_by_logger(text.lines[index - 1], cells, delimiter):
+            unread.append(Unread(f"line {index + 1}", f'what the logger made of its readings, "{shown}"'))
+            _check_no_statistics(text, index, cells, names)
         elif _counts(cells, names) and ((nameless and len(names) > 2) or _written_otherwise(cells, later)):
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
         elif _falls_after(cells, later, time):
@@ -138,6 +144,33 @@ def below_header(
             break
         start = index + 1
     return BelowHeader(start, units_line, units, tuple(unread))
+
+
+# What loggers of Campbell (TOA5) write as units of their time stamps and of the numbers of their records.
+_OF_CAMPBELL = ("TS", "RN")
+# What they write below: of readings as they are, or of their mean, and of statistics that are no record.
+_READINGS, _STATISTICS = (
+    ("", "smp", "avg"),
+    ("max", "min", "std", "tot", "tmx", "tmn", "med", "cov", "cot", "mom", "hst", "rfh"),
+)
+
+
+def _made_by_logger(units: str, cells: Sequence[str], delimiter: str) -> bool:
+    """Whether a line below units of a logger of Campbell says what it made of the readings of each column."""
+    of_units = tuple(split_line(units, delimiter)[: len(_OF_CAMPBELL)])
+    return of_units == _OF_CAMPBELL and all(c.strip().lower() in (*_READINGS, *_STATISTICS) for c in cells)
+
+
+def _check_no_statistics(text: LabText, index: int, cells: Sequence[str], names: Sequence[str]) -> None:
+    """Refuse a statistic under a name of readings, which says nothing of it."""
+    for column, (cell, name) in enumerate(zip(cells, names, strict=False)):
+        heading = understand(name)
+        if cell.strip().lower() not in _STATISTICS or heading is None or heading.name_doubt:
+            continue
+        message = f'"{cell.strip()}" stands below "{name}": it is no reading, but a statistic of several'
+        otherwise = f'else write the statistic into the name, "{name}_{cell.strip()}"'
+        advice = f"Empty that cell if these are the readings that are meant, {otherwise}"
+        raise InputError(Fault(message, text.path, index + 1, column + 1, advice=advice))
 
 
 def _above_readings(cells: Sequence[str], names: Sequence[str], later: Sequence[Sequence[str]]) -> list[str]:

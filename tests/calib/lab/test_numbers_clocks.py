@@ -204,8 +204,12 @@ def test_minutes_seconds_frames_are_not_read_as_hours(tmp_path: Path, step: int,
         np.testing.assert_allclose(
             since_start(tmp_path, "Time", times, Reading(units={"time": "min:s:cs"})), np.array(counts) / 100, atol=1e-9
         )
+    elif step == 4:
+        np.testing.assert_allclose(since_start(tmp_path, "Time", times), np.array(counts) / 25, atol=2e-6)
     else:
-        assert "--units time=" in refusal(path)
+        assert "--units time=min:s:frame/25" in refusal(path)
+        said = Reading(units={"time": "min:s:frame/25"})
+        np.testing.assert_allclose(since_start(tmp_path, "Time", times, said), np.array(counts) / 25, atol=2e-6)
 
 
 def test_minutes_and_seconds_with_decimals_pass_the_hour() -> None:
