@@ -132,7 +132,7 @@ _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
     (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
-    (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
+    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
     (
         r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
         "a rate: not used",
