@@ -13,6 +13,8 @@ from calib.errors import Choice, Fault, InputError, in_shell
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, declared_units, split_line, without_comment_mark
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.lines import is_comment
+from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.stated import is_no_reading, quantity_of
 from calib.lab.instruments.text import LabText
@@ -86,7 +88,7 @@ def with_legend(text: LabText, reading: Reading) -> tuple[LabText, Reading]:
     InputError
         If two lines say different things of one column, or one contradicts the header.
     """
-    header = None if text.typed and text.units_line else _header(text)
+    header = None if (text.typed and text.units_line) or listed_header(text) is not None else _header(text)
     if header is None:
         return text, reading
     at, first, mark, written = header
@@ -198,6 +200,9 @@ def _said_in(line: str, names: Sequence[str], written: Sequence[str], *, above: 
         return listed
     parts = [part.strip() for part in _PARTS.split(plain) if part and part.strip()]
     found = [_of_part(part, names, alone=False) for part in parts] if len(parts) > 1 else [None]
+    of = [one for one in found if one is not None]
+    if len(of) == len(names) and of != sorted(of) and not any(meaning for _, (meaning, _) in of) and not is_comment(line):
+        return {}  # another header
     if not all(found):
         found = [_of_part(plain, names)]
     return dict(one for one in found if one is not None)
@@ -343,6 +348,10 @@ def _hold_against(text: LabText, at: int, index: int, cell: str, before: _Said |
     quantity = IN_PLACE_OF.get(own.quantity, own.quantity)
     if {own.quantity, quantity} & {*reading.units, *reading.columns} or _agrees(own, now):
         return
+    if quantity in declared_units([text.lines[now.line]]):
+        return  # which is held against the header with all that declares units
+    if now.meaning and understand(f"{now.meaning} ({now.unit})") is None:
+        return  # of something else, as far as is known
     others = [q for q in RECORDED if is_unit_of(now.unit, q)]
     choice = Choice("units", (own.unit, now.unit) if quantity in others else (own.unit,), quantity)
     says = "say which is right" if quantity in others else "if the header is right"

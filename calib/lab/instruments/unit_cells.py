@@ -34,6 +34,9 @@ _POWER = re.compile(
     r"\s?[·*]?\s?[^\W\d_]{1,3})\s*[)\]]?"
 )
 _READING = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?P<unit>[^\W\d_]\S{0,5})")
+# The same with any words, and the letters of such a cell.
+_WORDED = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?[^\W\d_]\w{0,7}(?: [^\W\d_]\w{0,9})?")
+_LONGEST_READING = 40
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
 _NUMBERED = re.compile(
@@ -99,6 +102,19 @@ def with_its_unit(cell: str) -> bool:
     """
     match = _READING.fullmatch(cell.strip())
     return match is not None and looks_like_unit(match["unit"])
+
+
+def is_worded_reading(cell: str) -> bool:
+    """Whether a cell is a number with a word or two behind it, units or not.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> [is_worded_reading(cell) for cell in ("97.1 pF ok", "0.002 T", "97.1", "Cp 97.1 pF")]
+    [True, True, False, False]
+    """
+    return len(cell) <= _LONGEST_READING and _WORDED.fullmatch(cell.strip()) is not None
 
 
 def begins_with_unit(cell: str) -> bool:
