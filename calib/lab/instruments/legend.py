@@ -10,13 +10,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.errors import Choice, Fault, InputError, in_shell
+from calib.lab.instruments.brackets import words_in
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, declared_units, split_line, without_comment_mark
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.lexicon import MOVING, PRESSING, QUALIFIERS, SENSORS
 from calib.lab.instruments.lines import is_comment
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric
-from calib.lab.instruments.stated import is_no_reading, quantity_of
+from calib.lab.instruments.stated import is_no_reading, quantity_of, stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import (
     IN_PLACE_OF,
@@ -33,21 +35,27 @@ from calib.lab.instruments.vocabulary import Heading, as_a_record, understand
 _ABOVE, _LONGEST = 60, 160
 # Letters of a name that is a symbol, which may mean anything; longer ones that are understood speak for themselves.
 _SYMBOL = 3
-_MARK = re.compile(r"^[\s#%!;/*\"]+|[\s\"]+$")
+_MARK = re.compile(r"^[\s#%!;/*|\"]+|[\s|\"]+$")
 _BULLET = re.compile(r"^[-*•+]\s+")
 _NUMBER = re.compile(
     r"(?:(?:col(?:umn|onne|umna|onna)?|spalte|field|feld)\s*\.?\s*)?[#(\[]?(?P<k>\d{1,2})[)\]]?\s*(?:[:=|,;.)\t–—-]+\s*|\s+)",
     re.IGNORECASE,
 )
 # Between a name and what it is.
-_SEPARATOR = r"\s*(?:[:=|,;\t]|->|→|\s[-–—]\s|\s(?=(?:in|en|em)\s)|\s?(?=[\[(]))\s*"
+_SEPARATOR = r"\s*(?:[:=|,;\t]|->|→|\s[-–—]\s|\s{2,}|\s(?:is|ist|est|es|è)\s|\s(?=(?:in|en|em)\s)|\s?(?=[\[(]))\s*"
 # The unit that ends what is said: in brackets, behind "in", behind a comma or a stroke, or all of it.
 _UNIT = re.compile(
     r"(?P<what>.*?)(?:\s*[(\[{]\s*(?P<bracket>[^()\[\]{}]+?)\s*[)\]}]|(?:^|[\s,])(?:in|en|em)\s+(?P<word>[^\s,;|]+)|"
-    r"(?:^|\s*[,;|\t]\s*)(?P<last>[^\s,;|()]+))[\s.,;|]*",
+    r"(?:^|\s*[,;|\t]\s*|\s{2,})(?P<last>[^\s,;|()]+))[\s.,;|]*",
     re.IGNORECASE,
 )
 _PARTS = re.compile(r"[;,]\s+|\s{2,}|(?<=[)\]])\s+|\s\|\s|\t|;|,(?=[^\W\d])|\s(?:and|und|et|y|e)\s")
+# "[s] - time", and what is said behind the unit: "force [N], compression negative".
+_UNIT_FIRST = re.compile(r"[(\[](?P<unit>[^()\[\]]+)[)\]]\s*[:=,–—-]\s*(?P<what>[^()\[\]:=]+)")
+_BEHIND = re.compile(r"(?P<what>[^()\[\]]+?)\s*[(\[](?P<unit>[^()\[\]]+)[)\]](?P<more>[^\d=:]+)")
+# "units: t=s d=mm": the word before what is said of units, and before each name with its mark behind it.
+_OF_UNITS = re.compile(r"^(?:units?|einheiten|unités|unidades|unità)\s*[:=]\s*", re.IGNORECASE)
+_BEFORE_EACH = re.compile(r"\s+(?=\S+?\s?[:=])")
 # "All data in SI units (s, m, N)", "units: s, mm, N": a unit for each column, in their order.
 _LIST = re.compile(
     r"[^()\[\]]*\b(?:units?|einheit(?:en)?|unités?|unidades|unità)\b[^()\[\]:=]*[:=(\[]\s*(?P<units>[^()\[\]:=]+)[)\]]?[\s.]*",
@@ -57,6 +65,14 @@ _SI = re.compile(
     r"[^\d()\[\]:=]*(?:[:=]\s*)?(?:\bsi[ -]?(?:base )?(?:units?|einheit(?:en)?|system)|"
     r"(?:unités?|unidades|unità)(?: du| del| de)? (?:système )?s\.?i)\b[^\d()\[\]:=]*",
     re.IGNORECASE,
+)
+# Words between those that say what a column is: "normal force measured by the load cell", "travel of the ball into the pad".
+_BETWEEN = frozenset(
+    re.findall(
+        r"\w+",
+        "of the a by from with in into on at to and as is it load cell since begin beginning der die das des dem den am im vom "
+        "von zur zum mit le la les du de des en par au il lo del della di el los con por na w z do van het een door ab depuis",
+    )
 )
 # How a meter takes a capacitance.
 _CIRCUIT = re.compile(r"series|seriell|série|serie|parall[eè]le?", re.IGNORECASE)
@@ -94,9 +110,11 @@ def with_legend(text: LabText, reading: Reading) -> tuple[LabText, Reading]:
     at, first, mark, written = header
     names = [_bare(name) for name in written]
     said: dict[int, _Said] = {}
+    of_line: dict[int, set[int]] = {}
     for number in [*range(max(at - _ABOVE, 0), at), *range(at + 1, first)]:
         for index, (meaning, unit) in _said_in(text.lines[number], names, written, above=number < at).items():
             now = _Said(meaning, unit, number)
+            of_line.setdefault(number, set()).add(index)
             _hold_against(text, at, index, written[index], said.get(index), now, reading)
             said[index] = now if index not in said or not said[index].unit else said[index]
     assigned = {_place(c, written): q for q, c in reading.columns.items()}
@@ -115,7 +133,10 @@ def with_legend(text: LabText, reading: Reading) -> tuple[LabText, Reading]:
     quote = '"' if any(mark in cell for cell in cells) else ""
     header_line = mark.join(f"{quote}{cell}{quote}" for cell in cells)
     lines = [header_line if line == text.lines[at] else line for line in text.lines]
-    for number in (*used, *_titles(text.lines, used)):
+    # What a name does not hold of its line may be a sign, or a remark on the readings.
+    more = {s.line for k, s in said.items() if s.meaning and s.meaning not in new[k]}
+    more |= {number for number, columns in of_line.items() if not columns <= new.keys()}
+    for number in (*(used - more), *_titles(text.lines, used)):
         lines[number] = ""
     shown = ", ".join(f'"{names[k]}" is "{new[k]}"' for k in sorted(new))
     where = f"line {min(used) + 1} says" if len(used) == 1 else f"lines {min(used) + 1} to {max(used) + 1} say"
@@ -198,8 +219,11 @@ def _said_in(line: str, names: Sequence[str], written: Sequence[str], *, above: 
         return {}  # a row of units
     if above and (listed := _listed(plain, names, written)):
         return listed
-    parts = [part.strip() for part in _PARTS.split(plain) if part and part.strip()]
-    found = [_of_part(part, names, alone=False) for part in parts] if len(parts) > 1 else [None]
+    plain = _OF_UNITS.sub("", plain)
+    ways = (_PARTS.split(plain), _BEFORE_EACH.split(plain))
+    found: list[tuple[int, tuple[str, str]] | None] = [None]
+    for parts in ([part.strip() for part in way if part and part.strip()] for way in ways):
+        found = found if all(found) else [_of_part(part, names, alone=False) for part in parts] if len(parts) > 1 else [None]
     of = [one for one in found if one is not None]
     if len(of) == len(names) and of != sorted(of) and not any(meaning for _, (meaning, _) in of) and not is_comment(line):
         return {}  # another header
@@ -241,28 +265,43 @@ def _of_part(part: str, names: Sequence[str], *, alone: bool = True) -> tuple[in
     own = part[number.end() :] if number is not None else part
     k = int(number["k"]) - 1 if number is not None else -1
     for index in sorted(range(len(names)), key=lambda i: -len(names[i])):
-        match = re.match(rf"[`'\"]?{re.escape(names[index])}[`'\"]?(?:{_SEPARATOR})", own)
+        symbol = rf"[`'\"]?{re.escape(names[index])}[`'\"]?"
+        match = re.match(rf"{symbol}(?:{_SEPARATOR})", own)
         if match is not None and k in (-1, index):
-            return _meant(own[match.end() :], index, names[index])
-    return _meant(own, k, names[k]) if 0 <= k < len(names) else None
+            return _meant(own[match.end() :], index, names)
+        turned = re.fullmatch(
+            rf"(?P<what>[^\d:=,;()\[\]]+?)\s*(?:[:=]|\sis)\s*{symbol}\s*[,(\[]\s*(?P<unit>[^()\[\],]+)[)\]]?", own
+        )
+        if turned is not None and understand(f"{turned['what']} ({turned['unit']})") is not None:
+            return index, (turned["what"].strip(), turned["unit"].strip())
+    return _meant(own, k, names) if 0 <= k < len(names) else None
 
 
-def _meant(rest: str, index: int, name: str) -> tuple[int, tuple[str, str]] | None:
+def _meant(rest: str, index: int, names: Sequence[str]) -> tuple[int, tuple[str, str]] | None:
     """Meaning and unit of what stands behind a name; None if it has no unit, and is no quantity."""
     rest = rest.strip()
+    first = _UNIT_FIRST.fullmatch(rest)
+    behind = _BEHIND.fullmatch(rest) if first is None else None
+    if first is not None and looks_like_unit(first["unit"]):
+        rest = f"{first['what']} ({first['unit']})"
+    elif behind is not None and looks_like_unit(behind["unit"]) and not stated_factors([behind["more"]]):
+        rest = f"{behind['what']}, {behind['more'].strip(' ,;-()[]')} ({behind['unit']})"
     match = _UNIT.fullmatch(rest)
     unit = (match["bracket"] or match["word"] or match["last"] or "") if match is not None else ""
     if match is None or not looks_like_unit(unit):
         heading = understand(rest) if rest and not any(map(str.isdigit, rest)) else None
         return (index, (rest, "")) if heading is not None and heading.unit is None and not heading.letter else None
-    what = match["what"].strip(" ,;|:-–—\t")
-    return None if any(map(str.isdigit, what)) and understand(f"{what} ({unit})") is None else (index, (what, unit))
+    what = match["what"].strip(" ,;|:-–—\t*_`")
+    of_others = any(re.match(rf"{re.escape(name)}\s*[,;:=|]", what) for name in names)
+    if of_others or "=" in what or (any(map(str.isdigit, what)) and understand(f"{what} ({unit})") is None):
+        return None
+    return index, (what, unit)
 
 
 def _says_more(name: str, said: _Said, text: LabText) -> bool:
     """Whether a line is needed for a column: of a symbol, or of a name that is not understood, or a unit that it lacks."""
     heading = understand(name)
-    if not said.meaning and (not is_unit_of_a_record(said.unit) or understand(f"{name} ({said.unit})") is None):
+    if not said.meaning and not is_unit_of_a_record(said.unit):
         return False
     if heading is None or len(name) <= _SYMBOL:
         return True
@@ -281,9 +320,18 @@ def _named(name: str, said: _Said) -> str:
     quantity = IN_PLACE_OF.get(quantity, quantity) if quantity is not None else ""
     if not quantity or not is_unit_of(said.unit, quantity) or is_no_reading(quantity, said.meaning):
         return f"{said.meaning}{unit}"
+    if understand(f"{first}{unit}") is None and not all(_says_nothing_else(word, quantity) for word in words_in(first)):
+        return f"{said.meaning}{unit}"
     circuit = _CIRCUIT.search(said.meaning) if quantity == "capacitance" else None
     plain = first if understand(f"{first}{unit}") is not None else quantity
     return f"{plain} ({circuit[0]}){unit}" if circuit is not None and circuit[0] not in plain else f"{plain}{unit}"
+
+
+def _says_nothing_else(word: str, quantity: str) -> bool:
+    """Whether a word is a name of a quantity, of what presses and moves, or one between such words."""
+    own = understand(word)
+    of_press = word.startswith(tuple(PRESSING)) or word in MOVING | QUALIFIERS | SENSORS
+    return of_press or word in _BETWEEN or (own is not None and IN_PLACE_OF.get(own.quantity, own.quantity) == quantity)
 
 
 def _is_one(new: Mapping[int, str], said: Mapping[int, _Said]) -> bool:

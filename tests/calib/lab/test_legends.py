@@ -47,6 +47,14 @@ def is_press(table: LabTable) -> None:
         ("# a: temps (s)", "# b: enfoncement (mm)", "# c: effort (N)", "a,b,c"),
         ("# F: normal force of the load cell, in N", "# d: travel of the ball, in mm", "# t: time since start, in s", "t,d,F"),
         ("# x - displacement, mm", "Time (s),x,Force (N)"),
+        ("# t   time           s", "# s   displacement   mm", "# F   force          N", "t,s,F"),
+        ("# t [s] - time", "# s [mm] - displacement", "# F [N] - force", "t,s,F"),
+        ("# time is t (s), displacement is s (mm), force is F (N)", "t,s,F"),
+        ("# `F`: **force** (N)", "# `s`: **displacement** (mm)", "# `t`: **time** (s)", "t,s,F"),
+        ("| symbol | meaning | unit |", "|---|---|---|", "| t | time | s |", "| d | depth | mm |", "| F | load | N |", "t,d,F"),
+        ("# t is time in seconds", "# s is displacement in millimetres", "# F is force in newtons", "t,s,F"),
+        ("# units: t=s s=mm F=N", "t,s,F"),
+        ("# F: force [N], compression positive", "# s: displacement [mm]", "# t: time [s]", "t,s,F"),
     ],
 )
 def test_lines_that_say_each_column_are_its_name_and_unit_with_a_note(tmp_path: Path, head: tuple[str, ...]) -> None:
@@ -58,6 +66,10 @@ def test_lines_that_say_each_column_are_its_name_and_unit_with_a_note(tmp_path: 
 @pytest.mark.parametrize("head", ["# t in s, s in um, F in mN", "# t [s]  s [um]  F [mN]", "# units: s, um, mN"])
 def test_one_line_with_the_unit_of_each_symbol_is_read(tmp_path: Path, head: str) -> None:
     is_press(read(tmp_path, head, "t,s,F", micro=True))
+
+
+def test_a_symbol_that_is_a_unit_has_the_one_that_a_line_says(tmp_path: Path) -> None:
+    is_press(read(tmp_path, "# N: force, normal", "# Units: N in mN, s in um, t in s", "t,s,N", micro=True))
 
 
 @pytest.mark.parametrize("mark", ["\t", " ", ";"])
@@ -109,6 +121,18 @@ def test_symbols_that_are_said_to_be_each_other_are_asked_about(tmp_path: Path) 
 def test_what_contradicts_itself_or_is_no_record_is_refused(tmp_path: Path, head: tuple[str, ...]) -> None:
     with pytest.raises(InputError):
         read(tmp_path, *head)
+
+
+@pytest.mark.parametrize("said", ["lateral position, mm", "thickness of the sample, mm", "strain, mm", "max. depth, mm"])
+def test_what_is_said_to_be_another_thing_is_not_taken_for_its_symbol(tmp_path: Path, said: str) -> None:
+    with pytest.raises(InputError, match="no displacement column"):
+        read(tmp_path, f"# d: {said}", "# F: force [N]", "# t: time [s]", "t,d,F")
+
+
+@pytest.mark.parametrize("said", ["force x10 [N]", "force [N], gain 10", "force [10 mN]"])
+def test_a_factor_in_a_legend_is_not_lost(tmp_path: Path, said: str) -> None:
+    with pytest.raises(InputError, match='column "F"'):
+        read(tmp_path, f"# F: {said}", "# s: displacement [mm]", "# t: time [s]", "t,s,F")
 
 
 def test_a_column_may_be_named_as_it_is_written(tmp_path: Path) -> None:
