@@ -16,6 +16,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.together import unit_in
+from calib.lab.instruments.unit_cells import same_word_behind
 from calib.lab.instruments.unit_choice import written_unit
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand
@@ -61,6 +62,10 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
             found = _without_units(columns[index], heading, asked or written)
+            passed = same_word_behind(columns[index]) if found is None and asked else ""
+            if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
+                columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
+                notes.append(f'"{name}": "{passed}" behind its numbers is passed by, as their unit was said')
             if found is not None:
                 columns[index], unit, seen = found
                 units[index] = unit or units.get(index, "")

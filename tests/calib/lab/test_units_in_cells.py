@@ -77,9 +77,18 @@ def test_cells_with_units_below_no_header_are_asked_for_by_one_command_that_work
     agree(read(tmp_path, "", row, "\t", Reading(columns=columns)), *columns)
 
 
-def test_letters_that_are_no_unit_of_the_column_are_no_readings(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="is not a number"):
-        read(tmp_path, "t,C,D", "{t} s,{C} C,{D}")
+@pytest.mark.parametrize("word", ["C", "cts", "V"])
+def test_a_word_that_is_no_unit_of_the_column_is_passed_by_where_its_unit_is_said(tmp_path: Path, word: str) -> None:
+    with pytest.raises(InputError, match=f'has "{word}" behind the number'):
+        read(tmp_path, "t,Cp,D", "{t} s,{C} " + word + ",{D}")
+    table = read(tmp_path, "t,Cp,D", "{t} s,{C} " + word + ",{D}", reading=Reading(units={"capacitance": "pF"}))
+    agree(table, *LOG)
+    assert any(f'"{word}" behind its numbers is passed by' in note for note in table.notes)
+
+
+def test_a_unit_in_all_cells_is_not_passed_by_for_another_that_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        read(tmp_path, "t,Cp,D", "{t} s,{C} nF,{D}", reading=Reading(units={"capacitance": "pF"}))
 
 
 @pytest.mark.parametrize(
