@@ -114,7 +114,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
     word = same_word_behind(cells) if np.any(bad) and not column.clock else ""
-    if not is_unit_of(word, column.quantity) and (len(word) > 1 or looks_like_unit(word)):
+    if word and not is_unit_of(word, column.quantity) and (len(word) > 1 or looks_like_unit(word)):
         shown = f'"{cells[0].strip()[:40]}" in column "{name}", as all others, has "{word}" behind the number'
         faults.append(
             Fault(
