@@ -386,17 +386,21 @@ _TITLE = re.compile(
 def _hold_against(text: LabText, at: int, index: int, cell: str, before: _Said | None, now: _Said, reading: Reading) -> None:
     """Refuse what a line says of a column that another line, or the header, contradicts."""
     line = text.lines[now.line].strip()[:60]
-    if before is not None and _differ(before, now):
+    declared = declared_units([text.lines[now.line]])
+    said = [q for q in RECORDED if is_unit_of(now.unit, q)] if before is not None and _differ(before, now) else []
+    if before is not None and said and not {*said} & {*reading.units, *declared}:
         other = text.lines[before.line].strip()[:60]
         message = f'column "{cell}": line {before.line + 1} says "{other}", line {now.line + 1} "{line}"'
-        raise InputError(Fault(message, text.path, now.line + 1, advice="Correct one of the two lines, or remove it"))
+        which = Choice("units", (before.unit, now.unit), said[0]) if is_unit_of(before.unit, said[0]) else None
+        advice = f"Correct one of the two lines, or say which is right: {which}" if which else "Correct one of the two lines"
+        raise InputError(Fault(message, text.path, now.line + 1, advice=advice, choice=which))
     own = understand(cell)
     if own is None or own.unit is None or not now.unit or not is_unit_of(own.unit, own.quantity):
         return
     quantity = IN_PLACE_OF.get(own.quantity, own.quantity)
     if {own.quantity, quantity} & {*reading.units, *reading.columns} or _agrees(own, now):
         return
-    if quantity in declared_units([text.lines[now.line]]):
+    if quantity in declared:
         return  # which is held against the header with all that declares units
     if now.meaning and understand(f"{now.meaning} ({now.unit})") is None:
         return  # of something else, as far as is known

@@ -135,6 +135,13 @@ def test_a_factor_in_a_legend_is_not_lost(tmp_path: Path, said: str) -> None:
         read(tmp_path, f"# F: {said}", "# s: displacement [mm]", "# t: time [s]", "t,s,F")
 
 
+def test_two_lines_of_different_units_are_settled_by_one_that_is_said(tmp_path: Path) -> None:
+    head = ("# t: time [s]", "# F: force [N]", "# F: force [mN]", "# s: displacement [mm]", "t,s,F")
+    with pytest.raises(InputError, match="--units force=N or --units force=mN"):
+        read(tmp_path, *head)
+    is_press(read(tmp_path, *head, reading=Reading(units={"force": "N"})))
+
+
 def test_a_column_may_be_named_as_it_is_written(tmp_path: Path) -> None:
     head = ("# t: time [s]", "# F: force [N]", "# s: displacement [mm]", "t,s,F")
     is_press(read(tmp_path, *head, reading=Reading(columns={"force": "F", "displacement": "2"})))
