@@ -77,11 +77,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             return fault(f"the unit asked for: {error}", f"Say {listed}")
     if heading.unit_doubt:
         how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
-        named = tuple(
-            dict.fromkeys(unit for unit in re.findall(r'"([^"]+)"', heading.unit_doubt) if is_unit_of(unit, quantity))
-        )
-        which = Choice("units", named, shown) if "factor" not in heading.unit_doubt and len(named) > 1 else None
-        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {which or listed}", which)
+        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
     if factor is not None and not after_raw_counts(sheet, index, heading):
         line = factor[1]
@@ -128,9 +124,10 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
         above = sheet.units_line is not None and sheet.units_line < sheet.header_line
         where = f"above it, declared in line {sheet.units_line}" if above else "below it"
-        which = Choice("units", (inside, below), shown)
-        message = f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}'
-        return fault(message, f"Correct one of the two, or say which is right: {which}", which)
+        return fault(
+            f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}',
+            f"Correct one of the two, or say: {listed}",
+        )
     if len(set(factors)) > 1:
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
