@@ -15,16 +15,23 @@ from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.together import unit_in
+from calib.lab.instruments.unit_cells import same_word_behind
 from calib.lab.instruments.unit_choice import written_unit
-from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, asked_factor, is_unit_of, lab_factor
-from calib.lab.instruments.vocabulary import Heading
+from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor
+from calib.lab.instruments.vocabulary import Heading, heading_as, understand
 
 # Cells that show whether a column is one of plain numbers.
 _SEEN, _SEEN_OF_TIME = 50, 2000
 # One way of writing has so many cells at least, and this share of all: fewer may be damaged.
 _FEWEST, _SHARE = 3, 0.02
 # A number, and letters or a sign behind it.
-_WITH_UNIT = re.compile(rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?(?P<unit>[^\W\d_]{{1,12}}|[%‰])")
+_WITH_UNIT = re.compile(
+    rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?"
+    r"(?P<unit>[^\W\d_]{1,12}|[%‰])(?P<good> (?:ok|OK|Ok|good|valid|stable))?"
+)
+# What a meter says of a reading that is good, where no unit stands before it.
+_GOOD = ("ok", "good", "valid", "stable")
 _PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6}
 # Seconds since 1970 of the years 2010 to 2036, the units in which they are counted, and the steps of a press [s]: a counter
 # of milliseconds since the logger was switched on would go in larger ones if it were seconds.
@@ -47,7 +54,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
-    for index, heading in sheet.headings.items():
+    for index, heading in {**sheet.headings, **_by_cells(sheet)}.items():
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
         asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))
@@ -55,10 +62,17 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
             found = _without_units(columns[index], heading, asked or written)
+            passed = same_word_behind(columns[index]) if found is None and asked else ""
+            if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
+                columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
+                notes.append(f'"{name}": "{passed}" behind its numbers is passed by, as their unit was said')
             if found is not None:
                 columns[index], unit, seen = found
                 units[index] = unit or units.get(index, "")
-                notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
+                if said := _says_good(sheet.columns[index]):
+                    notes.append(f'"{name}": "{said}" behind its readings says that they are good, and is passed by')
+                if seen != ["none"]:
+                    notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
         if heading.quantity == "time" and not (asked or written or heading.unit_doubt):
             unit = _since_1970(columns[index], sheet.declared_decimal)
             if unit:
@@ -66,6 +80,30 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
                 notes.append(f'"{name}" has no unit: the time is taken as {_WORDS[unit]} since 1970, which its numbers count')
     below = tuple(units.get(index, "") for index in range(len(sheet.names))) if any(units.values()) else sheet.units
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
+
+
+def _by_cells(sheet: Sheet) -> dict[int, Heading]:
+    """The columns whose names are understood by the unit that stands in their cells, or are a letter."""
+    found: dict[int, Heading] = {}
+    for index, name in enumerate(sheet.names[: len(sheet.columns)]):
+        if not name or sheet.text.typed or {index} & {*sheet.assigned, *sheet.set_aside} or sheet.unit_below(index):
+            continue
+        first = next((match for cell in sheet.columns[index][:_SEEN] if (match := _WITH_UNIT.fullmatch(cell.strip()))), None)
+        unit = first["unit"] if first is not None else ""
+        of = next((quantity for quantity in RECORDED if unit and is_unit_of(unit, quantity)), "")
+        heading = understand(name, unit) if of else None
+        # A word that is not understood may be a setting, "1 nF" of a range.
+        if of and understand(name) is None and unit_in(name) in ("", name) and (heading is not None or len(name) == 1):
+            found[index] = heading if heading is not None else heading_as(of, name, unit)
+    return found
+
+
+def _says_good(cells: Sequence[str]) -> str:
+    """The word by which cells say that their readings are good; "" if they have none."""
+    match = next((m for cell in cells[:_SEEN] if (m := _WITH_UNIT.fullmatch(cell.strip()))), None)
+    if match is None:
+        return ""
+    return (match["good"] or "").strip() or (match["unit"] if match["unit"].lower() in _GOOD else "")
 
 
 def _enough(n_cell: int) -> float:
@@ -92,7 +130,8 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
         match = _WITH_UNIT.fullmatch(cell.strip())
         if match is None and not is_numeric(cell):
             return None
-        matches[cell] = (match["number"], match["unit"]) if match is not None else (cell, "")
+        unit = "" if match is None or match["unit"].lower() in _GOOD else match["unit"]
+        matches[cell] = (match["number"] if match is not None else cell, unit)
         written_so[matches[cell][1]] += count
     if min(written_so.values()) < _enough(written_so.total()):
         return None

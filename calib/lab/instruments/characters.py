@@ -6,8 +6,11 @@ import re
 from collections.abc import Callable
 from html.entities import html5
 
-#: Marks of the direction of writing, which nobody sees.
+#: Characters of no width, which nobody sees: the mark of the order of bytes, blanks, marks of the direction of writing.
+ORDER_OF_BYTES = "\ufeff"
+BLANKS_OF_NO_WIDTH = "\u200b\u2060"
 DIRECTIONS = "\u200e\u200f\u061c\u202a\u202b\u202c\u2066\u2067\u2068\u2069"
+OF_NO_WIDTH = ORDER_OF_BYTES + BLANKS_OF_NO_WIDTH + DIRECTIONS
 # "&micro;m", "&#181;m" and "&#xb5;m" as a page of the web has "µm", and "\u00b5m", "\xb5m" as JSON and Python have it.
 _ENTITY = re.compile(r"&(?:#(?P<number>\d{2,6})|#[xX](?P<hex>[0-9a-fA-F]{2,5})|(?P<name>[A-Za-z]{2,8}\d{0,2}));")
 _ESCAPE = re.compile(r"\\(?:u(?P<four>[0-9a-fA-F]{4})|x(?P<two>[0-9a-fA-F]{2}))(?![0-9a-fA-F])")

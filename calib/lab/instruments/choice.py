@@ -26,6 +26,7 @@ from calib.lab.instruments.times import clocks_by_cells, date_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import (
     EXAMPLE,
+    MAY_BE_A_CHANGE,
     NEEDS_UNIT,
     Heading,
     as_a_mean,
@@ -402,6 +403,10 @@ def _drop_what_has_no_use(
     for quantity in ("dissipation", "quality"):
         if quantity in chosen and not meter and chosen[quantity][0] not in sheet.assigned:
             unread[chosen.pop(quantity)[0]] = "no capacitance stands beside it"
+    if "frequency" in chosen and chosen["frequency"][0] not in sheet.assigned:
+        index = chosen["frequency"][0]
+        if _follows_a_reading(_alone(sheet, index)):
+            unread[chosen.pop("frequency")[0]] = _OF_OSCILLATOR
     if "cycle" in chosen and chosen["cycle"][0] not in sheet.assigned:
         index = chosen["cycle"][0]
         if not any(is_numeric(cell) for cell in sheet.columns[index]):
@@ -415,6 +420,23 @@ def _drop_what_has_no_use(
             unread[chosen.pop("status")[0]] = "the status of a tester"
         elif said and all(any(w in OF_TESTERS for w in s.split()) for s in said):
             unread[chosen.pop("status")[0]] = "the status of a tester, not of a meter"
+
+
+_OF_OSCILLATOR = (
+    "a frequency that changes from row to row, as of a circuit that a sensor is in: it is no setting of a meter, and no "
+    "capacitance without the circuit's inductance"
+)
+# Rows that are looked at, and by which share of itself a frequency changes that is not one that a meter reads back.
+_ROWS_OF_FREQUENCY, _READ_BACK = 2000, 2e-4
+
+
+def _follows_a_reading(values: FloatArray) -> bool:
+    """Whether most readings of a frequency differ from each other, over more than what a meter reads back."""
+    there = values[:_ROWS_OF_FREQUENCY]
+    there = there[np.isfinite(there)]
+    if there.size < _FEW_CELLS // 2 or np.unique(there).size * 2 < there.size:
+        return False
+    return bool(np.ptp(there) > _READ_BACK * np.median(np.abs(there)))
 
 
 def _letter_that_may_be_a_place(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]]) -> list[Fault]:
@@ -521,7 +543,8 @@ _OF_A_METER = re.compile(r"[CR]\w*\s*/\s*[CR]|[Δ∆δd]\s?[CR](?![^\W\d_])|\b(?
 
 def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
-    of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
+    may_be = ("not understood, though in ", MAY_BE_A_CHANGE)
+    of_unit = [i for i, why in choice.unread.items() if why.startswith(may_be)]
     fitting = [i for i in of_unit if is_unit_of(sheet.unit_written(i), quantity)]
     moving = [i for i in fitting if not stands_still(_alone(sheet, i))]
     of_its_name = [i for i, name in enumerate(sheet.names) if i in choice.unread and name and is_unit_of(name, quantity)]

@@ -43,6 +43,7 @@ from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import BelowHeader, begins_at, below_header, units_above
 from calib.lab.instruments.torn import thousands_advice, thousands_in, torn_decimals, torn_thousands
+from calib.lab.instruments.unit_cells import with_its_unit
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand, words
 
@@ -364,10 +365,10 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
     for index, line in enumerate(text.lines[:HEADER_WITHIN]):
         for delimiter in DELIMITERS:
             cells = split_line(line, delimiter)
-            if len(cells) > widest[0] and sum(map(is_numeric, cells)) > 1:
+            if len(cells) > widest[0] and sum(is_numeric(c) or with_its_unit(c) for c in cells) > 1:
                 widest = len(cells), index + 1
             chosen = [cells[c - 1] for c in wanted] if min(wanted) > 0 and last <= len(cells) else []
-            if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
+            if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) or with_its_unit(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
                 begin = begins_at(text, delimiter, index, len(cells))

@@ -9,7 +9,7 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.characters import DIRECTIONS
+from calib.lab.instruments.characters import OF_NO_WIDTH
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.part import Cell, CellTypes, Part
 from calib.lab.instruments.shown import shown_as
@@ -21,8 +21,7 @@ Value = str | float | int | bool | datetime | date | time | timedelta | None
 #: More cells than any lab's sheet holds; each costs about a microsecond and a hundred bytes.
 MOST_CELLS = 12_000_000
 _MARKED = re.compile(r"[.,'’\s]")
-# Characters of no width, which a cell with words may hold.
-_UNSEEN = str.maketrans("", "", f"{DIRECTIONS}\u200b\u2060\ufeff")
+_UNSEEN = str.maketrans("", "", OF_NO_WIDTH)
 _DELIMITED = re.compile(r"[;,\t]|\s{2,}")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
@@ -20,6 +20,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
+from calib.lab.instruments.unit_cells import with_its_unit
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
 
@@ -369,7 +370,7 @@ def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: S
         if not line.strip():
             continue
         cells = split_line(line, delimiter)
-        numbers = sum(1 for i in known if i < len(cells) and (is_numeric(cells[i]) or is_clock(cells[i])))
+        numbers = sum(1 for i in known if i < len(cells) and (_is_reading(cells[i]) or with_its_unit(cells[i])))
         if numbers and (delimiter != " " or len(cells) == width) and len(cells) > 1:
             rows += 1
         elif rows:
@@ -421,6 +422,18 @@ def no_header(text: LabText) -> Fault:
             advice="Turn rows and columns, so that each quantity is a column with its name on top (in a spreadsheet: copy, "
             "paste special, transpose), and save the file again",
         )
+    with_units = _numbers_with_units(text)
+    names = split_line(text.lines[seen[0] - 1], with_units[1]) if seen is not None and with_units is not None else []
+    if with_units is not None and all(with_its_unit(name) or _is_reading(name) for name in names):
+        line, _, of = with_units
+        shown = ", ".join(f"{quantity} in column {k}" for quantity, k in of.items())
+        said = " ".join(str(Choice("columns", (str(k),), quantity)) for quantity, k in of.items())
+        return Fault(
+            f'there is no header, but numbers with their units, "{text.lines[line].strip()[:60]}": by these {shown}',
+            text.path,
+            line + 1,
+            advice=f"If that is so, say it: {said}; or write names above them",
+        )
     replies, width = _reply_lines(text), width_of_row(text.lines[first])
     if replies and not seen:
         return Fault(
@@ -459,6 +472,23 @@ def _one_a_line(text: LabText) -> Fault | None:
         f"{n} lines in turn{each} are one reading{of_names}, a terminal does it: grep -v '^ *$' \"{name}\" | paste -d ';' "
         f'{" ".join("-" * n)} > "new_{name}". Where one column stands below the other, write them side by side',
     )
+
+
+def _numbers_with_units(text: LabText) -> tuple[int, str, dict[str, int]] | None:
+    """The first line of numbers with their units, what parts them, and quantity -> column from 1; None if there is none.
+
+    Each quantity is the one of a single column.
+    """
+    for line, written in enumerate(text.lines[:HEADER_WITHIN]):
+        for delimiter in DELIMITERS[:-1]:
+            cells = split_line(written, delimiter)
+            own = {k: re.sub(r"^[^a-zµμÅ%]*", "", c, flags=re.I) for k, c in enumerate(cells, 1) if with_its_unit(c)}
+            if len(own) < 2 or not all(with_its_unit(c) or _is_reading(c) or is_missing(c) for c in cells if c):
+                continue
+            found = {q: [k for k, unit in own.items() if is_unit_of(unit, q)] for q in RECORDED}
+            of = {q: k for q, (k, *others) in ((q, ks) for q, ks in found.items() if ks) if not others}
+            return (line, delimiter, of) if "capacitance" in of or {"force", "displacement"} <= of.keys() else None
+    return None
 
 
 def _quantities_in_lines(text: LabText) -> list[tuple[int, str]]:

@@ -78,6 +78,18 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "elongation | élongation | độ dịch chuyển | dịch chuyển | chuyển vị | perpindahan | الإزاحة | विस्थापन",
                 "преместване | desplaçament | vandring | posun | hod | pomeraj | cursă | ход траверсы | перемещение траверсы",
                 "stage | stage z | dist | depl | dep | dépl | despl | desp | spost | verpl | przem",
+                "ausdehnung | kompressive ausdehnung | druckausdehnung | kompressionsausdehnung | kompressionsweg | druckweg",
+                "kompressive verschiebung | extension en compression | extension de compression | extension compressive",
+                "déplacement en compression | déplacement de compression | déplacement compressif",
+                "allongement en compression | extensión en compresión | extensión de compresión | extensión por compresión",
+                "extensión compresiva | desplazamiento compresivo | desplazamiento de compresión",
+                "desplazamiento en compresión | desplazamiento por compresión | estensione | estensione compressiva",
+                "estensione a compressione | estensione di compressione | estensione in compressione",
+                "spostamento compressivo | spostamento di compressione | spostamento a compressione | extensie",
+                "compressieve extensie | compressie-extensie | drukverplaatsing | extensão compressiva",
+                "extensão de compressão | extensão por compressão | deslocamento compressivo | deslocamento de compressão",
+                "wydłużenie ściskające | przemieszczenie ściskające | 压缩扩展 | 压缩伸长 | 压缩延伸 | 壓縮位移 | 壓縮伸長",
+                "圧縮伸び | 圧縮伸長 | 압축신장 | 압축 변위 | 압축 신장",
                 "ระยะ | ระยะกด | การกระจัด",
                 "جابجایی | جابه‌جایی | تغییر مکان | תזוזה | העתקה",
             ),
@@ -168,7 +180,8 @@ QUALIFIERS = _set(
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
     "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
-    "expérimentale sperimentale expt"
+    "expérimentale sperimentale expt real réel réelle reale effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste "
+    "rzeczywisty kompressive kompressiver kompressives"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
@@ -231,7 +244,8 @@ MOST = _set("max maximum maximal maxi massimo máximo máx maks 最大 최대")
 #: Words that alone say that a column was measured, where another was commanded.
 MEASURED = _set(
     "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "
-    "medida misurato misurata effettivo zmierzona zmierzone zmierzony gemeten werkelijk 实际 実際 실제 reading value"
+    "medida misurato misurata effettivo zmierzona zmierzone zmierzony gemeten werkelijk 实际 実際 실제 reading value pv "
+    "process fbk fb fdbk rückmeldung retroazione 反馈 反饋 フィードバック 피드백"
 )
 #: Words of a number drawn from several readings.
 STATISTIC = _NUMBERS_DRAWN | _PEAKS | MEANS | SPREADS

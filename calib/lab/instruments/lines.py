@@ -13,7 +13,7 @@ from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.numbers import is_error_of_spreadsheet, is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.unit_cells import with_its_unit
+from calib.lab.instruments.unit_cells import is_worded_reading, with_its_unit
 from calib.lab.instruments.vocabulary import understand
 
 #: Words by which a line says that results, and no readings, stand below it.
@@ -151,7 +151,7 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     if is_same_header(cells, header):
         return "header"
     there = [cells[i] for i in keys if i < len(cells)]
-    if len(there) > 1 and all(map(with_its_unit, there)):
+    if len(there) > 1 and (all(map(with_its_unit, there)) or _are_readings(there, cells, width)):
         return "row"
     numbers = sum(is_numeric(c) or is_clock(c) for c in there)
     nothing = sum(is_missing(c) or is_over_range(c) for c in there)
@@ -169,6 +169,12 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     if numbers == 0 and not (nothing and not worded):
         return "text"
     return "row"
+
+
+def _are_readings(there: Sequence[str], cells: Sequence[str], width: int) -> bool:
+    """Whether the cells of the columns that are understood are numbers, with words behind some of which one is a unit."""
+    worded = [cell for cell in there if not (is_numeric(cell) or is_missing(cell) or is_over_range(cell))]
+    return len(cells) == width and any(map(with_its_unit, worded)) and all(map(is_worded_reading, worded))
 
 
 def short_rows(lengths: Mapping[int, int], n_row: int, width: int) -> dict[int, str]:

@@ -44,6 +44,8 @@ _SAMPLED = re.compile(
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
 _BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")
 _BY_UNIT = ("capacitance", "force", "displacement")
+#: What the doubt of a capacitance says whose name has a number behind a minus.
+TAKEN_OFF = "taken off"
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ def _difference(quantity: str, name: str) -> str:
     if taken is None or not quantity.startswith("capacitance"):
         return ""
     number = taken[0].strip("- ")
-    return f"with {number} taken off it is a difference and no capacitance, to which {number} has to be added again"
+    return f"with {number} {TAKEN_OFF} it is a difference and no capacitance, to which {number} has to be added again"
 
 
 def other_axis(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -116,7 +117,8 @@ def _check_alike(table: LabTable, parallel: FloatArray, series: FloatArray, head
         return
     percent = 100 * float(np.median(there))
     names = table.sources["capacitance"], table.sources["capacitance_series"]
-    first, second = Choice("columns", (names[0],), "capacitance"), Choice("columns", (names[1],), "capacitance_series")
+    first = Choice("columns", (_as_written(names[0]),), "capacitance")
+    second = Choice("columns", (_as_written(names[1]),), "capacitance_series")
     raise InputError(
         Fault(
             f'"{names[0]}" and "{names[1]}" are not of the same capacitor: they differ by {percent:.2g} %',
@@ -126,3 +128,19 @@ def _check_alike(table: LabTable, parallel: FloatArray, series: FloatArray, head
             choice=first,
         )
     )
+
+
+# What the name of a column is shown with where it, or its unit, is the user's or stands elsewhere.
+_SHOWN_WITH = re.compile(r"(?:column (?P<number>\d+)|(?P<name>.+?)) \((?:read as .*|.*, declared above|(?P<unit>[^()]*))\)")
+
+
+def _as_written(source: str) -> str:
+    """The name of a column as it may be typed, of one as it is shown.
+
+    >>> [_as_written(shown) for shown in ("Cp (read as pF)", "column 3 (pF)", "Cp (pF, declared above)", "Cp (pF)")]
+    ['Cp', '3', 'Cp', 'Cp (pF)']
+    """
+    match = _SHOWN_WITH.fullmatch(source)
+    if match is None or (match["name"] and match["unit"] is not None):
+        return source.removeprefix("column ") if re.fullmatch(r"column \d+", source) else source
+    return match["number"] or match["name"]

@@ -11,7 +11,7 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import CORRECTED, MASSES
-from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.meanings import PLAIN, TAKEN_OFF
 from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
@@ -113,13 +113,18 @@ def best_of(
         this = Choice("columns", (sheet.name_for_asking(best.index),), quantity)
         rest = tuple(sheet.name_for_asking(i) for i in _also_in_its_unit(sheet, quantity, {c.index for c in candidates}))
         another = f"; if another is: {Choice('columns', rest, quantity)}" if rest else ""
+        taken_off = TAKEN_OFF in best.heading.name_doubt
+        first = "If nothing was taken off, so that its readings are all of it" if taken_off else "If it is the one"
+        press = {"force", "displacement"} <= {h.quantity for h in sheet.headings.values()}
+        if IN_PLACE_OF.get(quantity, quantity) == "capacitance" and press and not rest:
+            another = f"; else leave it out: {Choice('columns', ('none',), 'capacitance')}"
         faults.append(
             Fault(
                 f'column "{sheet.names[best.index]}" may be no {in_words(quantity)}: {best.heading.name_doubt}',
                 sheet.text.path,
                 sheet.header_line or None,
                 best.index + 1,
-                advice=f"If it is the one: {this}{another}",
+                advice=f"{first}: {this}{another}",
                 choice=this,
             )
         )

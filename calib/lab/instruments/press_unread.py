@@ -12,7 +12,7 @@ from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import is_unit_of
-from calib.lab.instruments.vocabulary import FUNCTION, UNKNOWN
+from calib.lab.instruments.vocabulary import FUNCTION, MAY_BE_A_CHANGE, UNKNOWN
 
 # So many different numbers at least has what moves.
 _FEWEST = 5
@@ -55,7 +55,7 @@ def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str
 def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
     """Whether a column that is not understood is in a unit of a quantity, or called by a letter for it alone."""
     name = sheet.names[index]
-    if not why.startswith(UNKNOWN) or index in sheet.set_aside:
+    if not why.startswith((*UNKNOWN, MAY_BE_A_CHANGE)) or index in sheet.set_aside:
         return False
     if _MADE.search(name) or FUNCTION.search(name) or is_of_another(name, quantity):
         return False

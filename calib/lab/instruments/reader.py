@@ -18,6 +18,7 @@ from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
 from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
+from calib.lab.instruments.legend import with_legend
 from calib.lab.instruments.lines import FEW_ROWS
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.parallel import as_parallel
@@ -101,6 +102,9 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
     if text.notes:
         table = _read_text(replace(text, notes=()), reading, types)
         return replace(table, notes=(*text.notes, *table.notes))
+    told, asked = with_legend(text, reading)
+    if told is not text:
+        return _read_text(told, asked, types)
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
     if found is not None and found.sheet.declared_decimal:

@@ -23,7 +23,9 @@ from calib.lab.instruments.times import (
     time_faults,
     time_notes,
 )
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.unit_cells import same_word_behind
+from calib.lab.instruments.unit_choice import units_to_say
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -119,6 +121,19 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         rows += (first | ahead).items()
         notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
+    word = same_word_behind(cells) if np.any(bad) and not column.clock else ""
+    if word and not is_unit_of(word, column.quantity) and (len(word) > 1 or looks_like_unit(word)):
+        shown = f'"{cells[0].strip()[:40]}" in column "{name}", as all others, has "{word}" behind the number'
+        faults.append(
+            Fault(
+                f"{shown}, which is no unit of {column.quantity.replace('_', ' ')}",
+                sheet.text.path,
+                int(sheet.lines[0]),
+                column.index + 1,
+                advice=f"If it is to be passed by, say the unit: {units_to_say(column.quantity)}",
+            )
+        )
+        bad[:] = False
     faults += capped(
         [
             Fault(

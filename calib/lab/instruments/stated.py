@@ -306,7 +306,7 @@ def stated_units(line: str) -> Iterator[tuple[str, str]]:
     """
     match = _IN_UNIT.fullmatch(line.strip(" \t,;#%\"'")) if len(line) <= _LONGEST else None
     explained = _explained(line)
-    if match is None or (explained is not None and _is_no_reading(*explained[:2])):
+    if match is None or (explained is not None and is_no_reading(*explained[:2])):
         return
     unit, quantity = match["unit"], quantity_of(match["before"])
     if quantity is None and unit not in _WORDS and _ALL.search(match["before"]):
@@ -324,7 +324,7 @@ def explained_units(line: str) -> Iterator[tuple[str, str]]:
     ([('force', 'millinewtons')], [])
     """
     explained = _explained(line)
-    if explained is None or _is_no_reading(*explained[:2]):
+    if explained is None or is_no_reading(*explained[:2]):
         return
     quantity, text, unit = explained
     if _OF_INSTRUMENT.search(text) or stated_factors([text]):
@@ -346,7 +346,7 @@ def _explained(line: str) -> tuple[str, str, str] | None:
     return (quantity, match["text"], match["unit"] or "") if quantity in _QUANTITIES else None
 
 
-def _is_no_reading(quantity: str, text: str) -> bool:
+def is_no_reading(quantity: str, text: str) -> bool:
     """Whether what is said of a column makes it no record of its quantity."""
     said = DERIVED | RELATIVE if quantity == "capacitance" else DERIVED
     return bool(no_record(text)) or any(word in said for word in words_in(text)) or is_of_another(text, quantity)

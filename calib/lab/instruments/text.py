@@ -13,7 +13,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
-from calib.lab.instruments.characters import DIRECTIONS, with_plain_characters
+from calib.lab.instruments.characters import BLANKS_OF_NO_WIDTH, DIRECTIONS, ORDER_OF_BYTES, with_plain_characters
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.odd_delimiters import with_usual_delimiters
@@ -60,8 +60,8 @@ _CONTROL_BYTE = re.compile(b"[\x00-\x08\x0e-\x1f\x7f]")
 _END_OF_DOS = b"\x1a"
 # Characters that nobody sees: marks of the order of bytes, where files were joined, blanks of no width, and ends of pages.
 _UNSEEN = (
-    ("\ufeff", re.compile("\ufeff"), "a byte order mark"),
-    ("\u200b\u2060", re.compile("[\u200b\u2060]"), "a blank of no width"),
+    (ORDER_OF_BYTES, re.compile(ORDER_OF_BYTES), "a byte order mark"),
+    (BLANKS_OF_NO_WIDTH, re.compile(f"[{BLANKS_OF_NO_WIDTH}]"), "a blank of no width"),
     (DIRECTIONS, re.compile(f"[{DIRECTIONS}]"), "a mark of the direction of writing"),
     ("\f\v", re.compile("^[\f\v]+|[\f\v]+$", re.MULTILINE), "the end of a page (a form feed)"),
 )

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import are_counts, is_commanded, no_record, tidy, without_brackets, words_in
-from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, SPREADS
+from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, QUALIFIERS, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, is_mean_of_readings, understand
@@ -121,8 +121,15 @@ def _plain_words(name: str) -> Sequence[str]:
 
 
 def _is_measured(name: str, below: str, quantity: str) -> bool:
+    """Whether words of what was measured stand in a name alone, beside those of the instrument, or beside its quantity."""
+    unit = below or unit_in(name)
     words = _plain_words(name)
-    return bool(words) and all(word in MEASURED for word in words) and is_unit_of(below or unit_in(name), quantity)
+    left = [word for word in words if word not in MEASURED]
+    if len(left) == len(words) or not is_unit_of(unit, quantity) or no_record(name):
+        return False
+    heading = understand(f"{' '.join(left)} ({unit})") if left else None
+    plain = heading is not None and not (heading.name_doubt or heading.unit_doubt or heading.index or heading.processed)
+    return all(word in QUALIFIERS for word in left) or (plain and heading is not None and heading.quantity == quantity)
 
 
 def _is_commanded(name: str, below: str, quantity: str) -> bool:

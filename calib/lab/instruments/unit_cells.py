@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -34,6 +35,10 @@ _POWER = re.compile(
     r"\s?[·*]?\s?[^\W\d_]{1,3})\s*[)\]]?"
 )
 _READING = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?P<unit>[^\W\d_]\S{0,5})")
+# The same with any words, and the letters of such a cell.
+_WORDED = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?[^\W\d_]\w{0,7}(?: [^\W\d_]\w{0,9})?")
+_LONGEST_READING = 40
+_NUMBER_AND_WORD = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?(?P<word>[^\W\d_]{1,12})")
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
 _NUMBERED = re.compile(
@@ -99,6 +104,38 @@ def with_its_unit(cell: str) -> bool:
     """
     match = _READING.fullmatch(cell.strip())
     return match is not None and looks_like_unit(match["unit"])
+
+
+def is_worded_reading(cell: str) -> bool:
+    """Whether a cell is a number with a word or two behind it, units or not.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> [is_worded_reading(cell) for cell in ("97.1 pF ok", "0.002 T", "97.1", "Cp 97.1 pF")]
+    [True, True, False, False]
+    """
+    return len(cell) <= _LONGEST_READING and _WORDED.fullmatch(cell.strip()) is not None
+
+
+def same_word_behind(cells: Sequence[str]) -> str:
+    """The word that stands behind the numbers of all cells that hold something; "" where there is none, or are several.
+
+    Parameters
+    ----------
+    cells : of a column.
+
+    >>> same_word_behind(["97.1 C", "97.2 C", ""]), same_word_behind(["97.1 C", "97.2"]), same_word_behind(["97.1", "97.2"])
+    ('C', '', '')
+    """
+    there = [stripped for cell in cells if (stripped := cell.strip())]
+    first = _NUMBER_AND_WORD.fullmatch(there[0]) if there else None
+    word = first["word"] if first is not None else ""
+    if not word or not all(cell.endswith(word) for cell in there):
+        return ""
+    alike = (_NUMBER_AND_WORD.fullmatch(cell) for cell in there)
+    return word if all(match is not None and match["word"] == word for match in alike) else ""
 
 
 def begins_with_unit(cell: str) -> bool:

@@ -124,7 +124,10 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
         above = sheet.units_line is not None and sheet.units_line < sheet.header_line
         where = f"above it, declared in line {sheet.units_line}" if above else "below it"
-        return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}', "Correct one of the two")
+        return fault(
+            f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}',
+            f"Correct one of the two, or say: {listed}",
+        )
     if len(set(factors)) > 1:
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',

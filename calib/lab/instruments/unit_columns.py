@@ -22,6 +22,8 @@ from calib.lab.instruments.vocabulary import Heading, understand
 from models.sensor import FloatArray
 
 _UNIT = re.compile(UNIT_NAMES, re.IGNORECASE)
+# "ForceUnit", "Krafteinheit".
+_JOINED = re.compile(r"(.{2,}?)[ _]?((?:unit|einheit)s?)", re.IGNORECASE)
 # Where the unit changes a reading is off that before it by no more than this share of both, or so many of the steps near it.
 _SHARE, _STEPS, _NEAR = 0.2, 4.0, 5
 
@@ -50,6 +52,7 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
     headings, columns = sheet.headings, list(sheet.columns)
     units, aside, notes = dict(enumerate(sheet.units)), dict(sheet.set_aside), list(sheet.notes)
     for at, column in enumerate(sheet.columns[: len(sheet.names)]):
+        column = [cell.strip().strip("()[]") for cell in column] if _in_brackets(column) else column
         first = next((c.strip() for c in column if c.strip()), "")
         if at in aside or at in sheet.assigned or not first or is_numeric(first):
             continue
@@ -75,6 +78,12 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
         return sheet
     written = tuple(units.get(index, "") for index in range(len(sheet.names)))
     return replace(sheet, columns=tuple(columns), units=written, set_aside=aside, notes=tuple(notes))
+
+
+def _in_brackets(column: Sequence[str]) -> bool:
+    """Whether the first cell of a column is a word in brackets."""
+    first = next((cell.strip() for cell in column if cell.strip()), "")
+    return len(first) > 2 and first[0] + first[-1] in ("()", "[]") and not any(map(str.isdigit, first))
 
 
 def _in_one_unit(sheet: Sheet, of: int, at: int, reading: Reading) -> tuple[list[str], str, str] | None:
@@ -158,8 +167,10 @@ def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str
     of_readings = {i: heading for i, heading in headings.items() if i != at and i < len(sheet.columns)}
     there = [i for i, heading in of_readings.items() if is_unit_of(usual_case(sheet.names[i], unit), heading.quantity)]
     if not name or _UNIT.fullmatch(name) or name.strip("()[]") == unit:
-        return at - 1 if at - 1 in there else None
-    named = [word for word in words_in(name) if not _UNIT.fullmatch(word)]
-    meant = understand(" ".join(named)) if 0 < len(named) < len(words_in(name)) else None
+        alone = there if name and _UNIT.fullmatch(name) else []
+        return at - 1 if at - 1 in there else alone[0] if len(alone) == 1 else None
+    parts = words_in(_JOINED.sub(r"\1 \2", name))
+    named = [word for word in parts if not _UNIT.fullmatch(word)]
+    meant = understand(" ".join(named)) if 0 < len(named) < len(parts) else None
     own = [i for i in there if meant is not None and headings[i].quantity == meant.quantity]
     return own[0] if len(own) == 1 else None

@@ -107,6 +107,8 @@ _OF_ITS_VALUES = re.compile(
 )
 #: How reasons begin for which a column is not read, where nothing is known of what it is.
 UNKNOWN = ("not understood", "two units", "a letter without a unit")
+#: How the reason begins of a column that may be the change of a quantity.
+MAY_BE_A_CHANGE = "may be a change of "
 #: A function of what was measured.
 FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√|(?<=[^\W\d])(?:\^\s?[2-9]|\*\*\s?[2-9]|[²³])", re.IGNORECASE)
 # "Force exp (N)", "F_exp (N)", "Force (exp.) [N]", "exp. force (N)": of the experiment, as its unit tells; "exp(F)" has none.
@@ -132,11 +134,12 @@ _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
     (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
-    (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
+    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
     (
         r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
         "a rate: not used",
     ),
+    (r"r[eé][sz]onan", "a frequency of resonance, no capacitance without the inductance of its circuit: not used"),
     (r"energy|work|energie|arbeit", "an energy: not used"),
     (r"^row ?names?$", "names of the rows: not used"),
 )
@@ -581,6 +584,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         return f"{other}: not used" if other and not other.startswith("in ") else "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
+    if name == "df" and any(is_unit_of(unit, "force") for unit in (*written, unit_below) if unit):
+        return f"{MAY_BE_A_CHANGE}a force: not used"
     if not fitting:
         reason = _of_something_else(quantity, name, [*written, *([unit_below] if unit_below else [])], letter=letter)
         if reason:
