@@ -31,7 +31,7 @@ from calib.lab.instruments.lines import (
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.quotes import check_quotes
-from calib.lab.instruments.results import only_results
+from calib.lab.instruments.results import LINES_OF_RESULTS, only_results
 from calib.lab.instruments.run_on import is_only_words, runs_on
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
@@ -172,6 +172,7 @@ def _blocks(
     below: list[str] = []
     unread: list[Unread] = []
     skip_units = False
+    last = [*islice((k for k in range(len(rows) - 1, -1, -1) if any(c.strip() for c in rows[k])), LINES_OF_RESULTS)]
     head = _of_a_head(rows, [kind_of_line(row, header, keys, len(names)) for row in rows[:_LONGEST_HEAD]])
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
@@ -206,7 +207,7 @@ def _blocks(
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
                 break
-            results = only_results(sheet, rows, i, blocks[-1].rows, keys)
+            results = i >= last[-1] and only_results(sheet, rows, i, blocks[-1].rows, keys)
             if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import islice
 
 import numpy as np
 
@@ -18,8 +17,10 @@ from models.sensor import FloatArray
 _MOST, _FEWEST = 8, 12
 # How far a result may be off beside half of its last digit.
 _ROUNDED = 1e-6
-# Lines of results below a record at most, and steps of its clock that are none of the next reading.
-_LINES, _STEPS = 60, 5.0
+#: Lines of results below a record at most.
+LINES_OF_RESULTS = 60
+# Steps of the clock of a record that are none of the next reading.
+_STEPS = 5.0
 #: Results that only a row of results holds in all columns; the largest and the smallest of all may be a reading's, too.
 _OF_NO_READING = ("mean", "sd", "median", "sum", "range")
 
@@ -64,13 +65,11 @@ def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Se
     ----------
     sheet : the record.
     rows : cells of every line.
-    at : which of them is the line of text.
+    at : which of them is the line of text, one of the last `LINES_OF_RESULTS` filled ones.
     above : those that are rows of the record.
     keys : columns that are understood.
     """
-    below = list(islice(((k, rows[k]) for k in range(at, len(rows)) if any(map(str.strip, rows[k]))), _LINES + 1))
-    if len(below) > _LINES:
-        return False
+    below = [(k, rows[k]) for k in range(at, len(rows)) if any(map(str.strip, rows[k]))]
     width = len(sheet.names)
     after = [row for k, row in below if k > at and kind_of_line(row, (), keys, width) == "row"]
     if not after or len(above) < max(_FEWEST, 2 * len(after)):

@@ -78,6 +78,9 @@ RESULTS = (
     ["", "Specimen,Max load (N)", "1,7.1"],
     ["", "Ergebnisse", "", "Nr,Fmax (N),W (mJ),Smax (mm)", "1,7.1,0.3,0.30", "Mittel,7.1,0.3,0.30"],
     ["", "Statistics", "Quantity,Value,Unit", "Fmax,7.1,N", "smax,0.3,mm"],
+    ["", "Results", "Step,Way,Pull", "99.0,0.30,7.1"],
+    ["Results", "Step,Way,Pull", "1,0.30,7.1"],
+    ["", "Results", "Step,Way,Pull", "1,0.30,7.1", "", "Step,Way,Pull,Other", "1,0.30,7.1,2"],
 )
 
 
@@ -93,10 +96,10 @@ def test_a_few_results_under_names_of_their_own_at_the_end_are_left_out_with_a_n
 @pytest.mark.parametrize(
     "below",
     [
-        ["", "Results", "Step,Way,Pull", "99.0,0.30,7.1"],  # time goes on
+        ["", "Part 2", "Step,Way,Pull", "99.0,0.30,7.1"],  # time goes on
         ["", "Second press", "Step,Way,Pull", *[f"{k},0.30,7.1" for k in range(12)]],  # too many
-        ["Results", "Step,Way,Pull", "1,0.30,7.1"],  # not set apart
-        ["", "Results", "Step,Way,Pull", "1,0.30,7.1", "", "Step,Way,Pull,Other", "1,0.30,7.1,2"],  # more than one table
+        ["Part 2", "Step,Way,Pull", "1,0.30,7.1"],  # not set apart
+        ["", "Part 2", "Step,Way,Pull", "1,0.30,7.1", "", "Step,Way,Pull,Other", "1,0.30,7.1,2"],  # more than one table
     ],
 )
 def test_rows_below_other_words_that_may_go_on_are_refused(tmp_path: Path, below: list[str]) -> None:
