@@ -6,8 +6,7 @@ import math
 import re
 from decimal import Decimal
 from functools import cache
-
-import pint
+from importlib import import_module
 
 from calib.visible import shortened
 
@@ -44,6 +43,10 @@ _USUAL = {
     "Hz": ("Hz", "kHz", "MHz"),
 }
 
+# Powers of ten by which prefixes multiply these units.
+_PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+_PREFIXED = ("m", "N", "Pa", "F", "s", "m/N", "Hz")
+
 # Longer is no quantity that somebody wrote; and a power of a hundred, or of a power, may take for ever to compute.
 _LONGEST = 100
 _LARGE_POWER = re.compile(r"(?:\*\*|\^)[\s(+-]*(?:\d{3}|\d+[\s)]*(?:\*\*|\^))")
@@ -54,11 +57,6 @@ _OF_UNITS = re.compile(r"%|(?:[\w\s*/^()°·⁻-]|\.(?=\w))*")
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
 
-@cache
-def _registry() -> pint.UnitRegistry[float]:
-    return pint.UnitRegistry()
-
-
 def _spelled(unit: str) -> str:
     unit = unit.strip().replace("μ", "µ")
     return _SPELLINGS.get(unit, unit)
@@ -66,9 +64,12 @@ def _spelled(unit: str) -> str:
 
 @cache
 def _factor(name: str, si_unit: str) -> float:
-    """What pint says, which takes as long as the rest of reading a column of a small file."""
-    quantity = _registry().Quantity(1.0, name if name else "dimensionless")
-    return float(quantity.to(si_unit if si_unit else "dimensionless").magnitude)
+    """What pint says, which is loaded, in half a second, for other units than those of the SI with a prefix."""
+    prefix = name.removesuffix(si_unit)
+    if si_unit in _PREFIXED and name.endswith(si_unit) and prefix in _PREFIXES:
+        return float(f"1e{_PREFIXES[prefix]}")
+    factor: float = import_module("calib.of_pint").factor_of_pint(name, si_unit)
+    return factor
 
 
 def unit_factor(unit: str, si_unit: str) -> float:
@@ -98,10 +99,10 @@ def unit_factor(unit: str, si_unit: str) -> float:
     try:
         over, *under = (_spelled(part) for part in unit.strip().split("/"))
         factor = _factor("/".join([over or "1", *under]) if under else over, si_unit)
-    except pint.DimensionalityError:
+    except TypeError:
         wanted = si_unit or "a plain number"
         raise ValueError(f'unit "{unit}" cannot be converted to {wanted}{_case_hint(unit, si_unit)}') from None
-    except Exception:  # pint raises many kinds, even tokenizer errors, for text that is not a unit
+    except ValueError:
         raise ValueError(f'unknown unit "{unit}"{_case_hint(unit, si_unit)}') from None
     # Decimal prefixes are exact powers of ten; pint's products of floats are off by one ulp.
     power = round(math.log10(factor)) if factor > 0 else 0

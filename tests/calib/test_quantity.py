@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
+from calib.of_pint import factor_of_pint
 from calib.quantity import parse_quantity, unit_factor
 
 
@@ -60,6 +65,25 @@ def test_a_text_with_a_unit_becomes_the_si_number_to_the_last_digit(text: str, s
 def test_what_is_no_quantity_is_refused_with_the_reason(text: str, si_unit: str, message: str) -> None:
     with pytest.raises(ValueError, match=message.replace("?", r"\?")):
         parse_quantity(text, si_unit)
+
+
+@pytest.mark.parametrize("si_unit", ["m", "N", "Pa", "F", "s", "m/N", "Hz"])
+def test_units_with_a_prefix_are_what_pint_says(si_unit: str) -> None:
+    for prefix in ("f", "p", "n", "u", "µ", "m", "", "k", "M", "G"):
+        assert unit_factor(f"{prefix}{si_unit}", si_unit) == pytest.approx(
+            factor_of_pint(f"{prefix}{si_unit}", si_unit), rel=1e-12
+        )
+
+
+def test_reading_a_file_of_usual_units_does_not_load_what_takes_long(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(f"{k / 10},{k / 100},{k / 50}\n" for k in range(30)))
+    code = (
+        "import sys, pathlib; from calib.lab import read_lab_file; "
+        "read_lab_file(pathlib.Path(sys.argv[1])); print('pint' in sys.modules)"
+    )
+    found = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    assert found.stdout == "False\n"
 
 
 def test_decimal_prefixes_are_exact() -> None:

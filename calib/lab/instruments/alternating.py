@@ -11,7 +11,7 @@ from calib.errors import Fault
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.spikes import last_step
+from calib.lab.instruments.spikes import least_apart
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
 from models.sensor import FloatArray
@@ -86,7 +86,7 @@ def _in_turn(v: FloatArray, place: FloatArray | None) -> tuple[int, int, float] 
     """The period of readings that take turns, the first of them, and how far they are apart; None if they do not."""
     if v.size < _WINDOW + _WINDOW // 2:
         return None
-    least = max(_DIGITS * last_step(np.unique(v)), _SHARE * float(np.ptp(v)))
+    least = max(_DIGITS * least_apart(v), _SHARE * float(np.ptp(v)))
     for period in _PERIODS:
         own = _levels(v, period)
         shown = (own.apart > np.maximum(_SCATTERS * own.scatter, _PACES * (period - 1) * own.pace)) & (own.apart > least)

@@ -12,7 +12,7 @@ from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.spikes import SMOOTH, last_step, noise_of
+from calib.lab.instruments.spikes import SMOOTH, last_step, least_apart, noise_of
 from calib.lab.instruments.sticking import sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
@@ -31,8 +31,6 @@ _LEAST, _MOST, _MOST_ROWS = 2, 0.2, 40
 _REPEATS, _FEW_READINGS = 1.5, 2
 # Where more steps are as large, or ends of one run come into question, nothing is told; how often is looked once more.
 _MOST_STEPS, _MOST_ENDS, _PASSES = 2000, 30, 12
-# Readings that show the last digit.
-_SAMPLE = 20_000
 # A channel goes with another one if more of its changes over such parts of the record do than do not, by such a share, and
 # keeps within so many of its noises.
 _GOES_WITH, _LAGS, _KEEPS = 0.35, 20, 4.0
@@ -170,7 +168,7 @@ def _channel(values: FloatArray) -> _Channel | None:
         return None
     noise = min(noise_of(y), noise_of(y, 3))
     # Of levels in which a ball was held the last digit is what they are not all apart.
-    digit = min(last_step(np.unique(y[:_SAMPLE])), last_step(np.diff(y)) or np.inf)
+    digit = min(least_apart(y), last_step(np.diff(y)) or np.inf)
     return _Channel(rows, y, float(np.ptp(y)), max(noise, digit / 2))
 
 

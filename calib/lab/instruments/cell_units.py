@@ -150,6 +150,9 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
 
 def _some_with_unit(cells: Sequence[str]) -> bool:
     """Whether a unit stands in some cells of a column of numbers, behind the first."""
+    joined = "".join(cells)
+    if joined.isascii() and "%" not in joined and joined.upper() == joined.lower():
+        return False  # without a letter, as is told at once
     return any(_WITH_UNIT.fullmatch(cells[r].strip()) for r in (not_numbers(cells, len(cells)) or [])[:_SEEN])
 
 

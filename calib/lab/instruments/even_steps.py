@@ -9,7 +9,7 @@ import numpy as np
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.spikes import last_step, noise_of
+from calib.lab.instruments.spikes import least_apart, noise_of
 from calib.lab.instruments.stalled import judged_columns, last_digit
 from calib.lab.instruments.unit_choice import unit_in_words
 from calib.lab.stretches import stretches
@@ -47,7 +47,7 @@ def even_steps(
     for column, rows in judged_columns(sheet, columns, values, reading, _JUDGED, _FEWEST):
         y = values[column.quantity][rows] / column.factor
         # Numbers may be written with more digits than a converter has.
-        digit = max(last_digit(sheet.columns[column.index], rows), last_step(np.unique(y)))
+        digit = max(last_digit(sheet.columns[column.index], rows), least_apart(y))
         if noise_of(y) < _SCATTERS * digit:
             continue
         together = np.diff(rows, 2) == 0

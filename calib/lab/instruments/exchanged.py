@@ -10,7 +10,7 @@ import numpy as np
 from calib.errors import Fault
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.spikes import last_step, noise_of
+from calib.lab.instruments.spikes import least_apart, noise_of
 from models.sensor import FloatArray
 
 # Quantities of which each reading is near to those beside it.
@@ -19,8 +19,6 @@ _JUDGED = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _JUMP, _ACROSS = 3.0, 1.5
 # Readings on either side whose steps are looked at.
 _NEAR = 4
-# Readings that show the last digit.
-_SAMPLE = 20_000
 # Rows in succession that changed places and were put back, and by how many noises and last digits they show it.
 _MOST_ROWS, _NOISES, _DIGITS = 40, 8.0, 4.0
 
@@ -81,14 +79,14 @@ def _rows_of(a: FloatArray, b: FloatArray) -> list[int]:
         return []
     both = np.stack([a[rows], b[rows]])
     steps, across = np.abs(np.diff(both)), np.abs(both[::-1, 1:] - both[:, :-1])
-    floor = np.array([max(_NOISES * noise_of(y), _DIGITS * last_step(np.unique(y[:_SAMPLE]))) for y in both])
+    floor = np.array([max(_NOISES * noise_of(y), _DIGITS * least_apart(y)) for y in both])
     at = np.flatnonzero(np.all((across * _JUMP < steps) & (steps > floor[:, None]), axis=0))
     found: list[int] = []
     for i, j in pairwise(at[: 2 * _MOST_ROWS].tolist()):
         low, high = max(i - _NEAR + 1, 0), j + _NEAR + 1
         if j - i > _MOST_ROWS or (found and int(rows[i]) <= found[-1]):
             continue
-        mended = both.copy()[:, low:high]
+        mended = both[:, low:high].copy()
         mended[:, i + 1 - low : j + 1 - low] = mended[::-1, i + 1 - low : j + 1 - low]
         own = np.max(np.abs(np.diff(mended)), axis=1)
         if np.all(np.minimum(steps[:, i], steps[:, j]) > _JUMP * own):

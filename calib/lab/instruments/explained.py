@@ -19,6 +19,8 @@ _FAR, _NEAR = 80, 20
 # as much as so many times the other's.
 _MISS, _MISS_NOISES, _ONE_SIDE = 0.3, 4.0, 1.5
 
+# Steps that are looked at together.
+_AT_ONCE = 4096
 # A step is far off by so many times what it may be; slopes are alike within such a factor.
 _FAR_OFF, _ALIKE = 2.0, 2.5
 
@@ -66,33 +68,39 @@ def beside(y: FloatArray, other: FloatArray, at: IntArray, noise: float, other_n
     """
     dy, moves, most = np.diff(y), np.diff(other), _OF_RANGE * float(np.ptp(other))
     # Other such steps tell no slope unless there is nothing else, nor do rows in which the other channel rests.
-    calm = ~np.isin(np.arange(moves.size), at)
+    calm = np.ones(moves.size, dtype=bool)
+    calm[at] = False
     moving = np.abs(moves) > _NOISES * other_noise
     told_by = ((calm & moving, _NEAR), (moving, _FAR), (calm, _NEAR), (np.ones(moves.size, dtype=bool), _FAR))
-    found = np.full((4, at.size), np.nan)
-    found[0], found[1] = np.inf, 0.0
-    for k, i in enumerate(at.tolist()):
-        step, moved = float(dy[i]), float(moves[i])
-        least = max(min(_OF_STEP * abs(moved), most), _NOISES * other_noise)
-        sides = slice(i - 1, i - 1 - _FAR if i > _FAR else None, -1) if i else slice(0), slice(i + 1, i + 1 + _FAR)
-        before, behind = (_slope(dy[side], moves[side], [(rows[side], far) for rows, far in told_by], least) for side in sides)
-        slopes = [s for s in (before, behind) if not np.isnan(s)]
-        if not slopes:
-            continue
-        steepest = max(map(abs, slopes))
-        slopes = slopes if len(slopes) > 1 else [0.0, _ONE_SIDE * slopes[0]]
-        low, high = sorted(s * moved for s in slopes)
-        room = (high - low) / 2 + _MISS * steepest * abs(moved) + _MISS_NOISES * (noise + steepest * other_noise)
-        found[:, k] = step - (low + high) / 2, room, before, behind
-    return Beside(*found)
+    step, moved = dy[at], moves[at]
+    least = np.maximum(np.minimum(_OF_STEP * np.abs(moved), most), _NOISES * other_noise)
+    before, behind = (_slopes(dy, moves, at, side, told_by, least) for side in (-1, 1))
+    # Where one side tells none, it may be as steep there as so many times the other, or rest.
+    one, alone = np.fmin(before, behind), np.isnan(before) | np.isnan(behind)
+    a, b = np.where(alone, 0.0, before) * moved, np.where(alone, _ONE_SIDE * one, behind) * moved
+    steepest = np.fmax(np.abs(before), np.abs(behind))
+    room = np.abs(a - b) / 2 + _MISS * steepest * np.abs(moved) + _MISS_NOISES * (noise + steepest * other_noise)
+    none = np.isnan(steepest)
+    off = np.where(none, np.inf, step - (a + b) / 2)
+    return Beside(off, np.where(none, 0.0, room), np.where(none, np.nan, before), np.where(none, np.nan, behind))
 
 
-def _slope(steps: FloatArray, moves: FloatArray, told_by: Sequence[tuple[BoolArray, int]], least: float) -> float:
-    """The slope from a reading to the nearest that is farther from it than so much, by some of the steps; nan if none is."""
+def _slopes(
+    dy: FloatArray, moves: FloatArray, at: IntArray, side: int, told_by: Sequence[tuple[BoolArray, int]], least: FloatArray
+) -> FloatArray:
+    """Slopes on one side of steps, each to the nearest reading that is farther than so much, by some of them; nan if none."""
+    found = np.full(at.size, np.nan)
     for rows, most in told_by:
-        way = np.cumsum(np.where(rows, moves, 0.0)[:most])
-        far = np.abs(way) > least
-        if np.any(far):
-            k = int(np.argmax(far))
-            return float(np.sum(steps[: k + 1][rows[: k + 1]]) / way[k])
-    return np.nan
+        left = np.flatnonzero(np.isnan(found))
+        for some in np.array_split(left, 1 + left.size // _AT_ONCE):
+            near = at[some, None] + side * np.arange(1, most + 1)
+            inside = (near >= 0) & (near < moves.size)
+            near = np.where(inside, near, 0)
+            told = inside & rows[near]
+            way = np.cumsum(np.where(told, moves[near], 0.0), axis=1)
+            far = np.abs(way) > least[some, None]
+            k, ends = np.argmax(far, axis=1), np.any(far, axis=1)
+            risen = np.cumsum(np.where(told, dy[near], 0.0), axis=1)
+            each = np.arange(some.size)
+            found[some[ends]] = risen[each, k][ends] / way[each, k][ends]
+    return found

@@ -33,8 +33,11 @@ def growing_noise(y: FloatArray, levels: FloatArray) -> FloatArray:
     if y.size <= _ORDER:
         return np.zeros(np.shape(levels))
     rest = float(np.median(y[: max(1, min(_MOST, int(_OF_REST * y.size)))]))
-    away = np.min(np.abs(np.lib.stride_tricks.sliding_window_view(y, _ORDER + 1) - rest), axis=1)
-    there = away > _AWAY * float(np.max(np.abs(y - rest)))
+    off = np.abs(y - rest)
+    away = off[:-_ORDER]
+    for k in range(1, _ORDER + 1):
+        away = np.minimum(away, off[k : off.size - _ORDER + k])
+    there = away > _AWAY * float(np.max(off))
     if np.count_nonzero(there) < _FEWEST:
         return np.zeros(np.shape(levels))
     share = float(np.median(np.abs(np.diff(y, _ORDER))[there] / away[there]))

@@ -176,7 +176,7 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         empty[~empty] = there.empty
         return Numbers(values, empty, over, bad)
     joined = "\n".join(cells)
-    plain = _plain_numbers(joined, n, decimal)
+    plain = _plain_numbers(joined, cells, decimal)
     if plain is not None:
         over = np.abs(plain) >= OVER_RANGE
         return Numbers(np.where(over, np.nan, plain), empty, over, bad)
@@ -224,12 +224,13 @@ def numbers_in(cells: Sequence[str], decimal: str = "") -> FloatArray:
     return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
 
 
-def _plain_numbers(joined: str, n: int, decimal: str) -> FloatArray | None:
-    """The numbers of a column, one a line, if each is written as `float` reads it; None if one is not."""
-    if _PLAIN[decimal].fullmatch(joined) is None or joined.count("\n") != n - 1:
+def _plain_numbers(joined: str, cells: Sequence[str], decimal: str) -> FloatArray | None:
+    """The numbers of a column, joined by line ends, if each is written as `float` reads it; None if one is not."""
+    if _PLAIN[decimal].fullmatch(joined) is None or joined.count("\n") != len(cells) - 1:
         return None
+    numbers = cells if decimal == "." else joined.replace(",", ".").split("\n")
     try:
-        return np.array(joined.replace(",", ".").split("\n"), dtype=np.float64)
+        return np.fromiter(map(float, numbers), np.float64, len(cells))
     except ValueError:
         return None
 

@@ -72,6 +72,8 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
     held = [beside(y, other, at, noise, noise_of(other)) for other in others]
     largest = np.maximum(least, _AS_LARGE * np.max(growing_noise(y, np.stack([y[at], y[at + 1]])), axis=0))
     odd = np.isfinite(held[0].off) & (np.abs(held[0].off) > largest) & ~np.any([h.explained for h in held], axis=0)
+    if np.count_nonzero(odd) > 2 * _MOST:
+        return []
     # On a slope that the ball does not make, such as those of a sticky sample's neck, the steps beside are off as well.
     several = np.zeros(at.size, dtype=bool)
     for step in (np.maximum(at - 1, 0), np.minimum(at + 1, steps.size - 1)):
@@ -79,8 +81,6 @@ def _blocks(values: FloatArray, witnesses: Sequence[FloatArray]) -> list[tuple[i
         several |= near * np.sign(held[0].off) > _AS_FAR * np.abs(held[0].off)
     at, off, room, several = at[odd], held[0].off[odd], held[0].room[odd], several[odd]
     found: list[tuple[int, int, int]] = []
-    if at.size > 2 * _MOST:
-        return found
     last = -1
     for a, b in pairwise(range(at.size)):
         larger = max(abs(off[a]), abs(off[b]))

@@ -209,6 +209,8 @@ def _goes_on(seconds: FloatArray, *, n_least: int = _FEWEST) -> bool:
 def _rewritten(cells: Sequence[str], one: Callable[[str], str | None]) -> list[str] | None:
     """The cells in the usual form, if each is empty or a time of that other one, and they go on."""
     found: list[str] = []
+    if not any(cells):
+        return None
     for cell in cells:
         text = one(cell.strip()) if cell.strip() else ""
         if text is None:
@@ -308,6 +310,9 @@ def _sixtieths(cells: Sequence[str]) -> list[str] | None:
 
 def _of_stopwatch(cells: Sequence[str]) -> list[str] | None:
     """Times that begin as seconds and go on as minutes and seconds once a minute is full, as clocks; None if they are none."""
+    first, last = (next((c.strip() for c in order if c.strip()), "") for order in (cells, reversed(cells)))
+    if ":" not in last or not _SECONDS.fullmatch(first):
+        return None
     written = [c.strip() for c in cells]
     there = [k for k, c in enumerate(written) if c]
     behind = next((n for n, k in enumerate(there) if ":" in written[k]), 0)

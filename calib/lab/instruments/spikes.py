@@ -578,6 +578,11 @@ def last_step(y: FloatArray) -> float:
     return float(np.min(steps)) if steps.size else 0.0
 
 
+def least_apart(y: FloatArray) -> float:
+    """The least that any two readings of a channel, (n_row,), or of a sample of them, differ by, in their unit."""
+    return last_step(np.unique(y[:: max(1, y.size // _SAMPLE)]))
+
+
 def _digit(y: FloatArray) -> float:
     """The last digit of readings, (n_row,): the step of a display, else the power of ten of which all are whole multiples."""
     if np.count_nonzero(np.diff(y) == 0) > _REPEATED * y.size:

@@ -6,7 +6,7 @@ import codecs
 import hashlib
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -56,6 +56,7 @@ _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _CONTROL_BYTE = re.compile(b"[\x00-\x08\x0e-\x1f\x7f]")
+_CONTROLS = bytes(c for c in range(128) if _CONTROL.match(chr(c)))
 # The mark by which DOS ends a text, once or up to a full block.
 _END_OF_DOS = b"\x1a"
 # Characters that nobody sees: marks of the order of bytes, where files were joined, blanks of no width, and ends of pages.
@@ -86,6 +87,7 @@ _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "
 _AS_FORMULA = re.compile(r'(?:(?<=[,;\t\n])|\A)(?:="([^"\n]*)"|"=""([^"\n]*)""")(?=[,;\t\n]|\Z)')
 # A cell in quotes that was quoted once more, """Load (N)""", with the quotes around it or without.
 _QUOTED_TWICE = re.compile(r'(^|[,;\t])(?:"""([^"\n]*)"""|""([^",;\t\n]+)"")(?=[,;\t\n]|\Z)', re.MULTILINE)
+_MAY_BE_TWICE = re.compile(r'""[^,;\t\n]')
 # A digit of another script than Latin, a cell with a number in such, and how many show that numbers are written so; what these
 # scripts have for marks of numbers.
 _OTHER_DIGIT = re.compile(r"(?![0-9])\d")
@@ -211,7 +213,7 @@ def read_lab_text(path: Path) -> LabText:
     text, unseen = _without_the_unseen(text)
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
     text, plain = with_plain_characters(text)
-    if "D+" in text or "D-" in text:
+    if "D" in text and ("D+" in text or "D-" in text):
         text = _FORTRAN.sub("E", text)
     if any(blank in text for blank in _HARD_BLANKS):
         text = _PADDING.sub("", text)
@@ -271,7 +273,7 @@ def _with_usual_digits(text: str) -> tuple[str, tuple[str, ...]]:
 def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     """The text with cells for what spreadsheet programs write in their place, and notes on that: whole lines, and formulas."""
     notes = []
-    if '="' in text:
+    if "=" in text and '="' in text:
         text, n_cell = _AS_FORMULA.subn(lambda found: f'"{found[1] or found[2] or ""}"', text)
         if n_cell:
             notes.append(
@@ -292,7 +294,7 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     if '"' in text and (lines := _unquoted(text.split("\n"))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
-    if '""' in text:
+    if _MAY_BE_TWICE.search(text):
         text, n_cell = _QUOTED_TWICE.subn(lambda found: f'{found[1]}"{found[2] or found[3] or ""}"', text)
         if n_cell:
             notes.append(f"{n_cell} cells stand in quotes that were quoted once more: what stands in them is taken")
@@ -369,24 +371,28 @@ def _bytes(path: Path) -> bytes:
     return b"".join(parts)
 
 
-def _decode(path: Path, data: bytes) -> tuple[str, str]:
+def _encodings(data: bytes) -> Iterator[str]:
+    """The encodings that data may be in, the likeliest first."""
     if data.startswith(codecs.BOM_UTF8):
-        order = ["utf-8-sig"]
+        yield "utf-8-sig"
     elif data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        order = ["utf-16"]
+        yield "utf-16"
     elif b"\x00" in data[:1000]:
         # Most characters of a table are of ASCII, whose other byte is zero.
         halves = data[0:4000:2].count(0), data[1:4000:2].count(0)
-        order = ["utf-16-be" if halves[0] > halves[1] else "utf-16-le"]
+        yield "utf-16-be" if halves[0] > halves[1] else "utf-16-le"
     else:
-        order = ["utf-8", *_legacy(data)]
-    for encoding in order:
+        yield "utf-8"
+        yield from _legacy(data)
+
+
+def _decode(path: Path, data: bytes) -> tuple[str, str]:
+    for encoding in _encodings(data):
         try:
             text = data.decode(encoding)
         except UnicodeDecodeError:
             continue
-        text = _COLOURS.sub("", text) if "\x1b[" in text else text
-        if not _CONTROL.search(text):
+        if not _has_controls(text) or not _has_controls(text := _COLOURS.sub("", text)):
             return _NAMES.get(encoding, encoding), _without_marks(text)
     zero = data.find(b"\x00")
     few = b"\x00" not in data.rstrip(b"\x00\r\n") or data.count(b"\x00") < _FEW_ZEROS * len(data)
@@ -400,6 +406,13 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
         advice = f"Remove it if it means nothing. {_EXPORT}"
         raise InputError(Fault(message, path, data.count(b"\n", 0, found[0]) + 1, advice=advice))
     raise InputError(Fault("the file is not text", path, advice=_EXPORT))
+
+
+def _has_controls(text: str) -> bool:
+    if not text.isascii():
+        return _CONTROL.search(text) is not None
+    data = text.encode("ascii")
+    return len(data.translate(None, _CONTROLS)) < len(data)
 
 
 def _legacy(data: bytes) -> list[str]:
