@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from calib.lab.instruments.brackets import tidy, without_brackets, words_in
 from calib.lab.instruments.instrument_words import APART, instrument_words
-from calib.lab.instruments.lexicon import DERIVED, PROCESSED, RELATIVE, STEP_TIMES
+from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.other_quantities import is_of_another
 from calib.lab.instruments.together import unit_in
@@ -104,7 +104,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
             or alone in tuple(_LETTERS.get(quantity, ""))
             or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH))
         )
-        and not any(word in DERIVED or word in PROCESSED or word in RELATIVE for word in said)
+        and not any(word in DERIVED or word in PROCESSED or word in RELATIVE or word in ALTERED for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
         and not (

@@ -200,14 +200,15 @@ def _blocks(
                 blocks[-1] = replace(blocks[-1], units=above, units_line=start + apart[-1] + 1)
             apart, skip_units = [], sheet.units_line is not None and sheet.units_line > sheet.header_line
         elif kind == "text":
-            other = is_other_header(row) or _heads_results(sheet, rows, i, blocks[-1].rows)
+            late = i >= last[-1]
+            other = is_other_header(row) or (late and _heads_results(sheet, rows, i, blocks[-1].rows))
             if other and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
                 break
-            results = i >= last[-1] and only_results(sheet, rows, i, blocks[-1].rows, keys)
+            results = late and only_results(sheet, rows, i, blocks[-1].rows, keys)
             if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))

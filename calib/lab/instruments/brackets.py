@@ -419,7 +419,7 @@ def without_conditions(cell: str) -> tuple[str, str]:
     >>> without_conditions("Cp (pF)"), without_conditions("5 V (pF)")
     (('Cp (pF)', ''), ('5 V (pF)', ''))
     """
-    match = _CONDITIONS.search(cell)
+    match = _CONDITIONS.search(cell) if len(cell) <= LONGEST else None
     if match is None or not cell[: match.start()].strip():
         return cell, ""
     rest = f"{cell[: match.start()]} {cell[match.end() :]}"

@@ -66,7 +66,8 @@ def said_circuit(lines: Sequence[str]) -> Circuit | None:
 _DEVIATION = re.compile(
     r"(?<!standard )(?<!std )(?<!std\. )\b(?:deviation|dev|delta|abweichung\w*|écart|ecart|desviaci[oó]n|scostamento)\b"
     r"[ _-]*(?:mode|display|meas\w*|function|modus|anzeige)?\s*[:=,;\t ]\s*\W*"
-    r"(?:abs\w*|percent\w*|pct|%|on|ein|yes|ja|true|rel\w*|d?%|Δ\w*)(?![\w])|偏差",
+    r"(?:d?abs\w*|percent\w*|pct|%|on|ein|yes|ja|true|rel\w*|d?%|Δ\w*)(?![\w])|偏差|"
+    r"\b(?:rel(?:ative?)?|null)[ _-]*(?:mode|function|modus|display|anzeige)?\s*[:=,;\t ]\s*\W*(?:on|ein|ja|yes|true)(?!\w)",
     re.IGNORECASE,
 )
 

@@ -196,6 +196,14 @@ DERIVED = _set(
     "predicted simulated theory theoretical error residual delta change diff difference offset baseline bias stray "
     "parasitic open berechnet"
 )
+#: Words beside a name that is not understood that say that its readings are more, less or others than were measured.
+ALTERED = _set(
+    "minus less plus above beyond excess increase gain growth rise times half halved double doubled twofold twice thrice "
+    "triple tripled two both ten hundred thousand tenth tenths hundredth hundredths thousandth thousandths amplified "
+    "attenuated uncal uncalibrated dummy previous remaining per abzüglich zuzüglich halbiert verdoppelt zweifach doppelt "
+    "verstärkt unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos "
+    "doble mitad décimas centésimas meno doppio metà decimi centesimi"
+)
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
 RELATIVE = _set("rel relative relativ offset tared zeroed nulled removed subtracted baseline balanced")
 #: Words of a name whose column counts the phases of one record.

@@ -72,7 +72,10 @@ def is_of_another(name: str, quantity: str) -> bool:
     >>> is_of_another("Querkraft", "force"), is_of_another("Querhauptweg", "displacement"), is_of_another("厚", "displacement")
     (True, False, True)
     """
-    return any(_holds(words_in(name), stem) for stem in _STEMS.get(quantity, ()))
+    words = [word for word in words_in(name) if not word.isdecimal()]
+    if not words:
+        return False
+    return any(_holds(words, stem) for stem in _STEMS.get(quantity, ()))
 
 
 def _holds(words: Sequence[str], stem: str) -> bool:

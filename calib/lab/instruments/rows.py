@@ -159,7 +159,12 @@ def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:
 
 
 def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
-    """Rows without a cell in the last column with a name, where nearly all have one: theirs may stand one place too near."""
+    """Rows without a cell in the last column with a name, where nearly all have one: theirs may stand one place too near.
+
+    The cells of a workbook stand where they are.
+    """
+    if sheet.text.typed:
+        return {}
     n = max((i + 1 for i, name in enumerate(sheet.names) if name and i not in sheet.set_aside), default=0)
     column = table.columns[n - 1] if n else []
     if not 0 < column.count("") <= _SHARE_OPEN * len(column):

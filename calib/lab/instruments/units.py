@@ -417,6 +417,8 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     unit : as written.
     quantity : one of `SI_UNIT`.
     """
+    if SI_UNIT[quantity] and unit.isdecimal():
+        return False
     try:
         lab_factor(unit, quantity)
     except ValueError:

@@ -341,6 +341,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
+    doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     factor, function = factor_in(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
@@ -455,7 +456,10 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
                 return _weighed(readings, plain, inside, unit_below)
             continue
         if readings:
-            return _weighed(readings, plain, inside, unit_below)
+            found = _weighed(readings, plain, inside, unit_below)
+            doubt = _unsure_tail(outside, tail) if isinstance(found, Heading) and not (brackets or unit_below) else ""
+            doubt = _factor_behind(outside) or doubt
+            return replace(found, unit_doubt=found.unit_doubt or doubt) if isinstance(found, Heading) and doubt else found
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     without_tail = next((words(name) for name, _ in _with_tail(outside)), "")
@@ -562,6 +566,25 @@ def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)
     if looks_like_unit(match["unit"]) or miscased:
         yield _bare(match["name"]), match["unit"]
+
+
+# A number between blanks before a unit, "Load cell 5 kN", and the instrument that is called as its unit.
+_NUMBER_AND_UNIT = re.compile(r".*[^\W\d_][.:]? +(?P<said>\d+(?:[.,]\d+)? +\S+)")
+_INSTRUMENT = re.compile(r".*[^\W\d_] +(?P<said>mi[ck]rom(?:eter|etre|ètre|etro))", re.IGNORECASE)
+
+
+def _unsure_tail(outside: str, tail: str) -> str:
+    """Why the word behind a name may be no unit of its readings; "" if it is sure to be one."""
+    reach, instrument = (form.fullmatch(outside.strip()) if tail else None for form in (_NUMBER_AND_UNIT, _INSTRUMENT))
+    if reach is not None:
+        return f'"{reach["said"]}" in its name may be how far the instrument reaches or what was set, and "{tail}" no unit'
+    return f'"{instrument["said"]}" in its name may be an instrument, and no unit' if instrument is not None else ""
+
+
+def _factor_behind(outside: str) -> str:
+    """Why readings may have been multiplied or divided, as a sign and a number in a name say: "Force raw/2"; "" if not."""
+    factor = factor_in(outside)
+    return f'the factor "{factor}" stands in its name' if factor[:1] in tuple("/*×·÷") else ""
 
 
 def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit_below: str) -> Heading | str:

@@ -1,0 +1,80 @@
+"""Names that hold a number, an instrument, a share or a reference beside a quantity: asked about, or not read, never guessed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 60
+DEPTH = [round(0.0113 * min(k, 80 - k), 4) for k in range(N)]
+
+
+def read(folder: Path, *names: str, above: str = "", reading: Reading | None = None) -> LabTable:
+    """A press of 60 rows: time, displacement, force and capacitance under these names."""
+    rows = [f"{0.1 * k:.1f};{x};{0.5 * x**1.5 + 1e-4 * (k * 7 % 5):.4f};{8 + x * x:.4f}" for k, x in enumerate(DEPTH)]
+    path = folder / "press.csv"
+    path.write_text("\n".join([*([above] if above else []), ";".join(names), *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize("name", ["Load cell 5 kN", "Kraft 1 kN", "Capteur de force 1 kN", "Load cell 10 kg", "Force 100 mN"])
+def test_a_number_and_a_unit_behind_a_name_may_be_how_far_a_cell_reaches(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="may be how far the instrument reaches"):
+        read(tmp_path, "Time (s)", "Weg (mm)", name, "C (pF)")
+    table = read(tmp_path, "Time (s)", "Weg (mm)", name, "C (pF)", reading=Reading(units={"force": "N"}))
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("Laser 50 um", 1), ("Laser micrometer", 1), ("Depth micrometer", 1), ("Time 100 ms", 0), ("Cp 1 nF", 3)],
+)
+def test_so_may_be_those_behind_any_name_and_an_instrument_called_as_a_unit(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    with pytest.raises(InputError, match=r"may be how far|may be an instrument"):
+        read(tmp_path, *names)
+
+
+@pytest.mark.parametrize("name", ["Force raw/2 (N)", "Compressive load/10 (N)", "Load primary/2 [N]", "force_raw/2_N"])
+def test_a_factor_behind_any_name_is_asked_about(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="the factor"):
+        read(tmp_path, "Time (s)", "Weg (mm)", name, "C (pF)")
+
+
+@pytest.mark.parametrize("name", ["Seconds of hour", "seconds_of_the_minute", "Sekunden der Stunde", "ms of second"])
+def test_the_whole_that_a_time_is_of_is_not_its_unit(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, name, "Weg (mm)", "Force (N)", "C (pF)")
+    assert "time" not in table.columns
+    assert any(name in str(of) for of in table.unread)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Cap above 90 (pF)", 3),
+        ("Kapazität abzüglich 90 (pF)", 3),
+        ("Cap increase (pF)", 3),
+        ("Cap dummy sensor (pF)", 3),
+        ("Depth hundredths mm", 1),
+    ],
+)
+def test_words_of_more_less_or_another_are_no_record_by_their_unit_alone(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    assert ("capacitance" if place == 3 else "displacement") not in table.columns
+    assert any(name in str(of) for of in table.unread)
+
+
+@pytest.mark.parametrize(
+    "above", ["REL mode ON, reference 90 pF", "NULL: ON (90.000 pF)", "Deviation measurement: dABS, Reference 90 pF"]
+)
+def test_a_meter_that_shows_how_far_it_is_from_a_reference_shows_no_capacitance(tmp_path: Path, above: str) -> None:
+    with pytest.raises(InputError, match="how far it is from a reference"):
+        read(tmp_path, "Time (s)", "Weg (mm)", "Force (N)", "Cap (pF)", above=above)
