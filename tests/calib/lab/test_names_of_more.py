@@ -1,4 +1,4 @@
-"""Names that hold a number, an instrument, a share or a reference beside a quantity: asked about, or not read, never guessed."""
+"""Names that hold a number, an instrument, a share or a reference beside a quantity are asked about, never guessed."""
 
 from __future__ import annotations
 
