@@ -14,6 +14,7 @@ from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.lines import not_read
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import looks_like_unit
@@ -71,7 +72,7 @@ def named_values(text: LabText) -> Sheet | None:
     InputError
         If a line among them is none, or names other values than the first.
     """
-    found = _of_each_line(text) or _of_records(text)
+    found = _of_each_line(text) or _of_records(text) or _of_labels(text)
     if found is None:
         return None
     names, rows, lines, first, cut_short, note = found
@@ -102,6 +103,28 @@ def named_values(text: LabText) -> Sheet | None:
 
 
 _Found = tuple[list[str], list[list[tuple[str, str]]], list[int], int, bool, str]
+
+
+def _of_labels(text: LabText) -> _Found | None:
+    """The same of rows whose cells are names and values in turn, `Time (s),0.1,Force (N),0.2`, alike in all lines."""
+    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
+    for mark in ",;\t|" if len(written) >= _FEWEST else "":
+        rows = [[cell.strip() for cell in line.split(mark)] for _, line in islice(written, _FEWEST)]
+        names = rows[0][::2]
+        alike = len(names) > 1 and all(row[::2] == names and len(row) == 2 * len(names) for row in rows)
+        if not alike or len({*names}) < len(names) or not all(any(map(str.isalpha, name)) for name in names):
+            continue
+        if not all(is_numeric(cell) for row in rows for cell in row[1::2]):
+            continue
+        found = [[cell.strip() for cell in line.split(mark)] for _, line in written]
+        odd = next((k for k, row in enumerate(found) if row[::2] != names or len(row) != 2 * len(names)), None)
+        if odd is not None:
+            number, line = written[odd]
+            message = f'"{line.strip()[:60]}" does not name the values that the lines above do: {", ".join(names)}'
+            raise InputError(Fault(message, text.path, number, 1, "Take the line out of the file, or mend it"))
+        note = f"names and values stand in turn in each line, from line {written[0][0]} on: {', '.join(names)}"
+        return names, [[(c, "") for c in row[1::2]] for row in found], [n for n, _ in written], 0, False, note
+    return None
 
 
 def _of_each_line(text: LabText) -> _Found | None:

@@ -48,7 +48,9 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
             continue
         rows = range(first, n_row)
         found = _results(table, first, sheet.declared_decimal)
-        if len(found) == len(rows) and any(what in _OF_NO_READING for what in found.values()):
+        # The largest of all columns, at no later time than the row above, is no reading either.
+        earlier = apart and time is not None and not _rises(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
+        if len(found) == len(rows) and (earlier or any(what in _OF_NO_READING for what in found.values())):
             return {row: f"a row of results: the {found[row]} of the rows above" for row in rows}
         if apart and back:
             return dict.fromkeys(rows, "behind a blank line time goes back: no row of the record above")
@@ -104,6 +106,11 @@ def _is_word(cell: str) -> bool:
 def _falls(cells: Sequence[str], decimal: str) -> bool:
     above, below = numbers_in(cells, decimal)
     return bool(below < above)
+
+
+def _rises(cells: Sequence[str], decimal: str) -> bool:
+    above, below = numbers_in(cells, decimal)
+    return bool(below > above)
 
 
 def _results(table: Table, first: int, decimal: str) -> dict[int, str]:

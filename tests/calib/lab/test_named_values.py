@@ -131,3 +131,21 @@ def test_one_value_behind_a_time_that_is_now_one_and_now_another_is_refused(tmp_
 def test_one_value_behind_a_time_in_lines_above_a_table_makes_no_rows(tmp_path: Path) -> None:
     above = [*(f"14:02:0{k}.000 Step: {k}" for k in range(6)), "Time (s),Extension (mm),Load (N)"]
     assert_press(read_lab_file(write(tmp_path, lambda i, x, f: f"{0.02 * i:.2f},{x:.3f},{f:.3f}", above)))
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", "|"])
+def test_names_and_values_in_turn_between_delimiters_are_rows(tmp_path: Path, mark: str) -> None:
+    def row(i: int, x: float, f: float) -> str:
+        return mark.join(["Time (s)", f"{0.02 * i:.2f}", "Position (mm)", f"{x:.4f}", "Force (N)", f"{f:.4f}"])
+
+    table = read_lab_file(write(tmp_path, row))
+    assert_press(table)
+    assert any("names and values stand in turn" in note for note in table.notes)
+
+
+def test_a_line_of_other_names_among_these_is_refused(tmp_path: Path) -> None:
+    def row(i: int, x: float, f: float) -> str:
+        return f"Time (s),{0.02 * i:.2f},{'Load' if i == 20 else 'Force'} (N),{f:.4f},Position (mm),{x:.4f}"
+
+    with pytest.raises(InputError, match=r":21:1: .*does not name the values"):
+        read_lab_file(write(tmp_path, row))

@@ -69,3 +69,15 @@ def test_results_below_a_table_without_a_clock_are_left_out_by_their_words(tmp_p
     table = read(tmp_path, ["Results", "Mean,0.3,1.1", "SD,0.2,1.0"], HEADER.partition(",")[2], rows)
     np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-9)
     assert not any(table.reasons)
+
+
+def test_the_largest_of_all_columns_at_the_last_time_is_no_reading(tmp_path: Path) -> None:
+    table = read(tmp_path, ["", f"5.90,0.6000,{FORCE.max():.4f}"])
+    assert len(table.reasons) == N + 1
+    assert not any(table.reasons[:N])
+    assert "a row of results" in table.reasons[N]
+
+
+def test_a_press_that_goes_on_behind_a_blank_line_is_one(tmp_path: Path) -> None:
+    table = read(tmp_path, [], rows=[*ROWS[:29], "", ROWS[29]])
+    assert not any(table.reasons)
