@@ -52,7 +52,12 @@ def mark_between_cells(lines: Sequence[str]) -> tuple[str, int, int]:
 
 
 def cells_between(line: str, mark: str) -> list[str]:
-    """The cells of a line between a mark, blanks around them taken off."""
+    """The cells of a line between a mark, blanks around them taken off.
+
+    Parameters
+    ----------
+    line, mark : as written.
+    """
     return [cell.strip() for cell in line.strip().split(mark)]
 
 
@@ -108,7 +113,12 @@ def _belongs(cells: Sequence[str], width: int) -> bool:
 
 
 def parted_oddly(path: Path, lines: Sequence[str]) -> Fault | None:
-    """The fault of rows between a mark that no program uses, which names do not show to be cells; None of any other rows."""
+    """The fault of rows between a mark that no program uses, which names do not show to be cells; None of any other rows.
+
+    Parameters
+    ----------
+    path, lines : of the file.
+    """
     mark, width, first = mark_between_cells(lines)
     if not mark:
         return None

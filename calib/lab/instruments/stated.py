@@ -347,7 +347,13 @@ def _explained(line: str) -> tuple[str, str, str] | None:
 
 
 def is_no_reading(quantity: str, text: str) -> bool:
-    """Whether what is said of a column makes it no record of its quantity."""
+    """Whether what is said of a column makes it no record of its quantity.
+
+    Parameters
+    ----------
+    quantity : of whose unit the column is.
+    text : what is said of it.
+    """
     said = DERIVED | RELATIVE if quantity == "capacitance" else DERIVED
     return bool(no_record(text)) or any(word in said for word in words_in(text)) or is_of_another(text, quantity)
 

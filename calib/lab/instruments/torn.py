@@ -76,6 +76,12 @@ def torn_thousands(sheet: Sheet) -> Fault | None:
 def thousands_in(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> str:
     """A number that the delimiter may have cut at its thousands, where all rows that are too wide would fit so; "" if not.
 
+    Parameters
+    ----------
+    rows : cells of each row.
+    width : how many the header has.
+    delimiter : between them.
+
     >>> thousands_in([["0.1", "1", "028.7"], ["0.2", "990.1"]], 2, ","), thousands_in([["1", "0.1", "28.7"]], 2, ",")
     ('1,028.7', '')
     """
@@ -92,5 +98,11 @@ def thousands_in(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> s
 
 
 def thousands_advice(number: str, delimiter: str) -> str:
-    """What to do about a number that a delimiter may have cut at its thousands."""
+    """What to do about a number that a delimiter may have cut at its thousands.
+
+    Parameters
+    ----------
+    number : as it would be written, with its mark.
+    delimiter : which is that mark.
+    """
     return f'If "{number}" is one number, write {number.replace(delimiter, "")}, and so in all rows, or {_OTHERWISE}'
