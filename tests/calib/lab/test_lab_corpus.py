@@ -364,7 +364,7 @@ def test_a_character_changed_among_the_rows_is_read_as_it_stands_or_refused(tmp_
     assert variant.oracle is not None
     rng = random.Random(variant.name)
     rows = sorted(variant.truth)
-    for _ in range(16):
+    for _ in range(8):
         lines = variant.lines
         index = rng.choice(rows) - 1
         line = lines[index]
@@ -411,7 +411,7 @@ def test_a_row_repeated_dropped_or_moved_changes_that_row_only(tmp_path: Path, v
     assert variant.oracle is not None
     rng = random.Random(variant.name)
     rows = sorted(variant.truth)
-    for _ in range(4):
+    for _ in range(2):
         i, j = rng.choices(rows, k=2)
         for kind in ("drop", "exchange", "repeat"):
             lines = variant.lines
@@ -438,7 +438,7 @@ CUT = tuple(v for v in SHORT if "under the same names" not in v.name and v.name 
 @named(CUT)
 def test_a_file_cut_anywhere_gives_the_rows_that_are_left(tmp_path: Path, variant: Variant) -> None:
     rng = random.Random(variant.name)
-    _cut(tmp_path, variant, sorted(rng.sample(range(len(variant.data)), 24)))
+    _cut(tmp_path, variant, sorted(rng.sample(range(len(variant.data)), 10)))
 
 
 @named(
@@ -457,8 +457,8 @@ def test_a_file_cut_anywhere_gives_the_rows_that_are_left(tmp_path: Path, varian
         )
     )
 )
-def test_a_file_cut_at_every_byte_gives_the_rows_that_are_left(tmp_path: Path, variant: Variant) -> None:
-    _cut(tmp_path, variant, range(len(variant.data)))
+def test_a_file_cut_at_every_third_byte_gives_the_rows_that_are_left(tmp_path: Path, variant: Variant) -> None:
+    _cut(tmp_path, variant, range(0, len(variant.data), 3))
 
 
 def _cut(tmp_path: Path, variant: Variant, places: list[int] | range) -> None:
@@ -574,9 +574,9 @@ def test_what_the_user_says_besides_the_file_changes_nothing(tmp_path: Path, sai
 # ----------------------------------------------------------------------------------------------------------------------- fuzz
 
 
-def test_two_thousand_mutated_files_are_read_or_refused_and_nothing_else(tmp_path: Path) -> None:
-    outcome = fuzz(2000, seed=20240501, saved=tmp_path)
+def test_a_thousand_mutated_files_are_read_or_refused_and_nothing_else(tmp_path: Path) -> None:
+    outcome = fuzz(1000, seed=20240501, saved=tmp_path)
     assert not outcome.failures, "\n".join(outcome.failures[:5])
-    assert outcome.read > 50
+    assert outcome.read > 25
     assert outcome.refused > 50
     assert outcome.slowest < 2.0

@@ -137,7 +137,7 @@ def ambiguous(variant: Variant) -> bool:
     return marked and not told
 
 
-@settings(max_examples=1000, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=400, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(layout=layouts())
 def test_a_random_table_in_a_random_layout_is_read_back(tmp_path: Path, layout: Layout) -> None:
     variant = build("random", layout, "either")
@@ -162,7 +162,7 @@ def test_a_random_table_in_a_random_layout_is_read_back(tmp_path: Path, layout: 
     assert disagreement(table, rows) == "", variant.text
 
 
-@settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(layout=layouts(), which=st.integers(0, 9))
 def test_without_a_unit_no_random_table_is_read(tmp_path: Path, layout: Layout, which: int) -> None:
     essential = [i for i, c in enumerate(layout.columns) if c.quantity in ("time", "displacement", "force", "capacitance")]
