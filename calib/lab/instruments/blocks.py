@@ -172,6 +172,7 @@ def _blocks(
     below: list[str] = []
     unread: list[Unread] = []
     skip_units = False
+    # Indices of the last lines that hold something, the very last first.
     last = [*islice((k for k in range(len(rows) - 1, -1, -1) if any(c.strip() for c in rows[k])), LINES_OF_RESULTS)]
     head = _of_a_head(rows, [kind_of_line(row, header, keys, len(names)) for row in rows[:_LONGEST_HEAD]])
     for i, row in enumerate(rows):
@@ -205,16 +206,14 @@ def _blocks(
             if other and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
-                end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
-                unread = not_read(sheet, range(start + i, start + end + 1), "another table")
+                unread = not_read(sheet, range(start + i, start + last[0] + 1), "another table")
                 break
             results = late and only_results(sheet, rows, i, blocks[-1].rows, keys)
             if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
-                end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 shown = text.lines[start + first].strip()[:80]
                 below = [f'results below the rows are left out, from "{shown}" (line {start + first + 1}) on']
-                unread = not_read(sheet, range(start + first, start + end + 1), "results below the rows")
+                unread = not_read(sheet, range(start + first, start + last[0] + 1), "results below the rows")
                 apart = []
                 break
             apart.append(i)

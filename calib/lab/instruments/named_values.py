@@ -107,15 +107,16 @@ _Found = tuple[list[str], list[list[tuple[str, str]]], list[int], int, bool, str
 
 def _of_labels(text: LabText) -> _Found | None:
     """The same of rows whose cells are names and values in turn, `Time (s),0.1,Force (N),0.2`, alike in all lines."""
-    written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
-    for mark in ",;\t|" if len(written) >= _FEWEST else "":
-        rows = [[cell.strip() for cell in line.split(mark)] for _, line in islice(written, _FEWEST)]
+    begin = list(islice((line for line in text.lines if line.strip()), _FEWEST))
+    for mark in ",;\t|" if len(begin) == _FEWEST else "":
+        rows = [[cell.strip() for cell in line.split(mark)] for line in begin]
         names = rows[0][::2]
         alike = len(names) > 1 and all(row[::2] == names and len(row) == 2 * len(names) for row in rows)
         if not alike or len({*names}) < len(names) or not all(any(map(str.isalpha, name)) for name in names):
             continue
         if not all(is_numeric(cell) for row in rows for cell in row[1::2]):
             continue
+        written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
         found = [[cell.strip() for cell in line.split(mark)] for _, line in written]
         odd = next((k for k, row in enumerate(found) if row[::2] != names or len(row) != 2 * len(names)), None)
         if odd is not None:

@@ -43,13 +43,16 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
     time = next((i for i in range(len(sheet.names)) if sheet.plain_heading(i).quantity == "time"), None)
     for first in range(max(n_row - _MOST, _FEWEST), n_row):
         apart = int(table.lines[first]) > int(table.lines[first - 1]) + 1
-        back = time is not None and _falls(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
+        above, below = (
+            (0.0, 1.0) if time is None else numbers_in(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
+        )
+        back = below < above
         if not apart and not back:
             continue
         rows = range(first, n_row)
         found = _results(table, first, sheet.declared_decimal)
         # The largest of all columns, at no later time than the row above, is no reading either.
-        earlier = apart and time is not None and not _rises(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
+        earlier = apart and not below > above
         if len(found) == len(rows) and (earlier or any(what in _OF_NO_READING for what in found.values())):
             return {row: f"a row of results: the {found[row]} of the rows above" for row in rows}
         if apart and back:
@@ -101,16 +104,6 @@ def _is_reading(cell: str) -> bool:
 
 def _is_word(cell: str) -> bool:
     return bool(cell) and not (_is_reading(cell) or is_missing(cell) or is_over_range(cell))
-
-
-def _falls(cells: Sequence[str], decimal: str) -> bool:
-    above, below = numbers_in(cells, decimal)
-    return bool(below < above)
-
-
-def _rises(cells: Sequence[str], decimal: str) -> bool:
-    above, below = numbers_in(cells, decimal)
-    return bool(below > above)
 
 
 def _results(table: Table, first: int, decimal: str) -> dict[int, str]:
