@@ -11,7 +11,7 @@ from itertools import islice, pairwise, takewhile
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.clock_cells import is_clock, is_reading
 from calib.lab.instruments.header import DELIMITERS, SAID_BY_NUMBER, split_blanks, split_line, width_of_row
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
@@ -268,7 +268,7 @@ def _runs_on(sheet: Sheet, rows: list[list[str]], line: str, above: Sequence[int
         return False
     quantities = {i: h.quantity for i, h in sheet.headings.items() if h.quantity != "status"}
     key = min(quantities)
-    below = takewhile(lambda row: key < len(row) and _is_reading(row[key]), rows[first : first + _BESIDE])
+    below = takewhile(lambda row: key < len(row) and is_reading(row[key]), rows[first : first + _BESIDE])
     return runs_on(
         quantities,
         [rows[k] for k in above[-_BESIDE:]],
@@ -555,13 +555,13 @@ def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> li
         return rows
     fitting = [row for row in rows if len(row) == width]
     last = {cell.strip() for cell in (row[-1] for row in fitting)} - {""}
-    if not fitting or any(map(_is_reading, last)):
+    if not fitting or any(map(is_reading, last)):
         return rows
-    numbers = [k for k in range(width - 1) if 2 * sum(_is_reading(row[k]) for row in fitting) > len(fitting)]
+    numbers = [k for k in range(width - 1) if 2 * sum(is_reading(row[k]) for row in fitting) > len(fitting)]
     whole: list[list[str]] = []
     for row in rows:
         surplus = [c.strip() for c in row[width - 1 :]]
-        cut = len(row) > width and all(_is_reading(row[k]) for k in numbers) and not any(map(_is_reading, surplus))
+        cut = len(row) > width and all(is_reading(row[k]) for k in numbers) and not any(map(is_reading, surplus))
         cut = cut and any(surplus[0]) and any(surplus[1:])
         whole.append([*row[: width - 1], f"{delimiter} ".join(surplus)] if cut else row)
     return whole
@@ -586,17 +586,13 @@ def _remarks_beside(rows: Sequence[Sequence[str]], width: int, delimiter: str) -
     wide = {i: words for i, words in wide.items() if words}
     if len(wide) > _FEW_BESIDE * len(rows):
         return {}
-    usual = [2 * sum(_is_reading(row[k]) for row in fitting if k < len(row)) > len(fitting) for k in range(width)]
+    usual = [2 * sum(is_reading(row[k]) for row in fitting if k < len(row)) > len(fitting) for k in range(width)]
     for i, words in wide.items():
         if any(_LIKE_A_NUMBER.match(w) or is_missing(w) or is_over_range(w) or looks_like_unit(w) for w in words):
             return {}
-        if not any(usual) or any(_is_reading(cell) != reading for cell, reading in zip(rows[i], usual, strict=False)):
+        if not any(usual) or any(is_reading(cell) != reading for cell, reading in zip(rows[i], usual, strict=False)):
             return {}
     return {i: f"{delimiter.strip()} ".join(words) for i, words in wide.items()}
-
-
-def _is_reading(cell: str) -> bool:
-    return is_numeric(cell) or is_clock(cell)
 
 
 _MOVED = (

@@ -11,7 +11,7 @@ from itertools import compress
 import numpy as np
 
 from calib.lab.instruments.clock_words import in_figures
-from calib.lab.instruments.numbers import odd_cells
+from calib.lab.instruments.numbers import is_numeric, odd_cells
 from models.sensor import FloatArray
 
 # Characters of a date with a time of day, blanks around it apart.
@@ -55,6 +55,19 @@ def _has_form_of_clock(cell: str) -> bool:
         return True
     text = in_figures(cell).text
     return text != cell and any(form.match(text) is not None for form in forms)
+
+
+def is_reading(cell: str) -> bool:
+    """Whether a cell is a number or a time, as a reading is.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> [is_reading(cell) for cell in ("0.5", "10:00:01.5", "Force (N)", "")]
+    [True, True, False, False]
+    """
+    return is_numeric(cell) or is_clock(cell)
 
 
 def is_full_clock(cell: str) -> bool:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
-from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.clock_cells import is_clock, is_reading
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
@@ -174,8 +174,8 @@ def _known_by_units(lines: Sequence[str], index: int, cells: Sequence[str], deli
         for others in (range(index + 1, len(lines)), range(index - 1, -1, -1))
     )
     if any(map(_unit_alone, cells)):
-        of_words = (sum(bool(c) and not _is_reading(c) for c in beside) for beside in (above, below))
-        if max(of_words) >= max(2, len(cells) - 1) or sum(map(_is_reading, above)) > 1:
+        of_words = (sum(bool(c) and not is_reading(c) for c in beside) for beside in (above, below))
+        if max(of_words) >= max(2, len(cells) - 1) or sum(map(is_reading, above)) > 1:
             return []
     units = tuple(map(_unit_alone, below)) if len(below) == len(cells) else ("",) * len(cells)
     if sum(map(bool, units)) > 1 and all(unit or not cell for unit, cell in zip(units, below, strict=True)):
@@ -207,7 +207,7 @@ def _says_units_of_names_below(line: str, below: Sequence[str]) -> bool:
     for delimiter in DELIMITERS if first else ():
         cells = split_line(first, delimiter)
         named = {IN_PLACE_OF.get(h.quantity, h.quantity) for cell in cells if cell and (h := understand(cell)) is not None}
-        if len(said & named) > 1 and not any(map(_is_reading, cells)):
+        if len(said & named) > 1 and not any(map(is_reading, cells)):
             return True
     return False
 
@@ -220,7 +220,7 @@ def width_of_row(line: str) -> int:
     """
     for delimiter in DELIMITERS:
         cells = [c for c in split_line(line, delimiter) if c]
-        if len(cells) > 1 and _is_reading(cells[0]) and all(_is_reading(c) or is_missing(c) for c in cells):
+        if len(cells) > 1 and is_reading(cells[0]) and all(is_reading(c) or is_missing(c) for c in cells):
             return len(cells)
     return 0
 
@@ -230,13 +230,9 @@ def _stands_between_others(line: str, below: Sequence[str]) -> bool:
     first = [row for row in below if row.strip()][:_FEW]
     for delimiter in (d for d in DELIMITERS[:-1] if d in line.strip()):
         rows = [split_line(row, delimiter) for row in first]
-        if len(rows) > 1 and all(len(r) == len(split_line(line, delimiter)) and all(map(_is_reading, r)) for r in rows):
+        if len(rows) > 1 and all(len(r) == len(split_line(line, delimiter)) and all(map(is_reading, r)) for r in rows):
             return True
     return False
-
-
-def _is_reading(cell: str) -> bool:
-    return is_numeric(cell) or is_clock(cell)
 
 
 def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
@@ -370,7 +366,7 @@ def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: S
         if not line.strip():
             continue
         cells = split_line(line, delimiter)
-        numbers = sum(1 for i in known if i < len(cells) and (_is_reading(cells[i]) or with_its_unit(cells[i])))
+        numbers = sum(1 for i in known if i < len(cells) and (is_reading(cells[i]) or with_its_unit(cells[i])))
         if numbers and (delimiter != " " or len(cells) == width) and len(cells) > 1:
             rows += 1
         elif rows:
@@ -424,7 +420,7 @@ def no_header(text: LabText) -> Fault:
         )
     with_units = _numbers_with_units(text)
     names = split_line(text.lines[seen[0] - 1], with_units[1]) if seen is not None and with_units is not None else []
-    if with_units is not None and all(with_its_unit(name) or _is_reading(name) for name in names):
+    if with_units is not None and all(with_its_unit(name) or is_reading(name) for name in names):
         line, _, of = with_units
         shown = ", ".join(f"{quantity} in column {k}" for quantity, k in of.items())
         said = " ".join(str(Choice("columns", (str(k),), quantity)) for quantity, k in of.items())
@@ -453,10 +449,10 @@ def no_header(text: LabText) -> Fault:
 
 def _one_a_line(text: LabText) -> Fault | None:
     """The fault of a file that has one number a line; None of any other. Blank lines show how many are of one record."""
-    numbers = [_is_reading(line.strip()) and not width_of_row(line) for line in text.lines[:HEADER_WITHIN] if line.strip()]
+    numbers = [is_reading(line.strip()) and not width_of_row(line) for line in text.lines[:HEADER_WITHIN] if line.strip()]
     if len(numbers) < _READINGS_IN_A_LINE or sum(numbers) < _MOSTLY * len(numbers):
         return None
-    first = next(i for i, line in enumerate(text.lines) if _is_reading(line.strip()))
+    first = next(i for i, line in enumerate(text.lines) if is_reading(line.strip()))
     names = [line.strip() for line in text.lines[:first] if line.strip()]
     blocks = Counter(len(block.split()) for block in re.split(r"\n\s*\n", "\n".join(text.lines[first:]).strip()))
     block, n_block = blocks.most_common(1)[0]
@@ -483,7 +479,7 @@ def _numbers_with_units(text: LabText) -> tuple[int, str, dict[str, int]] | None
         for delimiter in DELIMITERS[:-1]:
             cells = split_line(written, delimiter)
             own = {k: re.sub(r"^[^a-zµμÅ%]*", "", c, flags=re.I) for k, c in enumerate(cells, 1) if with_its_unit(c)}
-            if len(own) < 2 or not all(with_its_unit(c) or _is_reading(c) or is_missing(c) for c in cells if c):
+            if len(own) < 2 or not all(with_its_unit(c) or is_reading(c) or is_missing(c) for c in cells if c):
                 continue
             found = {q: [k for k, unit in own.items() if is_unit_of(unit, q)] for q in RECORDED}
             of = {q: k for q, (k, *others) in ((q, ks) for q, ks in found.items() if ks) if not others}
@@ -498,7 +494,7 @@ def _quantities_in_lines(text: LabText) -> list[tuple[int, str]]:
         for number, line in enumerate(text.lines[:_LINES_OF_QUANTITIES], 1):
             name, *readings = split_line(line, delimiter)
             heading = understand(name) if name and len(readings) >= _READINGS_IN_A_LINE else None
-            if heading is not None and sum(map(_is_reading, readings)) >= _MOSTLY * len(readings):
+            if heading is not None and sum(map(is_reading, readings)) >= _MOSTLY * len(readings):
                 found.append((number, name))
         if len(found) > 1:
             return found
@@ -531,7 +527,7 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
             cells = [c for c in split_line(line, delimiter) if c]
             if len(cells) < 2:
                 continue
-            if sum(map(_is_reading, cells)) >= 2:
+            if sum(map(is_reading, cells)) >= 2:
                 return above
             above = (index + 1, [f'"{c[:40]}"' for c in cells[:12]])
             break

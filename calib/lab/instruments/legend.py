@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from calib.errors import Choice, Fault, InputError, in_shell
 from calib.lab.instruments.brackets import words_in
-from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.clock_cells import is_reading
 from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, declared_units, split_line, without_comment_mark
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import MOVING, PRESSING, QUALIFIERS, SENSORS
@@ -180,7 +180,7 @@ def _delimiter(line: str) -> str:
     """What parts the cells of a row of numbers; "" for any other line."""
     for delimiter in DELIMITERS:
         cells = _cells(line, delimiter)
-        numbers = sum(is_numeric(cell) or is_clock(cell) for cell in cells)
+        numbers = sum(is_reading(cell) for cell in cells)
         if numbers > 1 and 2 * numbers > len(cells):
             return delimiter
     return ""

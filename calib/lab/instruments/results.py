@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calib.lab.instruments.brackets import no_record
-from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.clock_cells import is_reading
 from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, Table, is_result, kind_of_line
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, numbers_in
 from calib.lab.instruments.sheet import Sheet
@@ -80,7 +80,7 @@ def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Se
     if not after or len(above) < max(_FEWEST, 2 * len(after)):
         return False
     place = next((i for i, h in sheet.headings.items() if h.quantity == "time"), keys[0])
-    shown = [i for i in {0, place} if _is_reading(_cell(rows[above[-1]], i)) and _is_reading(_cell(rows[above[0]], i))]
+    shown = [i for i in {0, place} if is_reading(_cell(rows[above[-1]], i)) and is_reading(_cell(rows[above[0]], i))]
     numbers = [row for row in after if not any(_is_word(_cell(row, i)) for i in shown)]
     if not numbers:
         return True
@@ -98,12 +98,8 @@ def _cell(row: Sequence[str], index: int) -> str:
     return row[index].strip() if index < len(row) else ""
 
 
-def _is_reading(cell: str) -> bool:
-    return is_numeric(cell) or is_clock(cell)
-
-
 def _is_word(cell: str) -> bool:
-    return bool(cell) and not (_is_reading(cell) or is_missing(cell) or is_over_range(cell))
+    return bool(cell) and not (is_reading(cell) or is_missing(cell) or is_over_range(cell))
 
 
 def _results(table: Table, first: int, decimal: str) -> dict[int, str]:
