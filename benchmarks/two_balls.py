@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from simulated.faulty import DEPTH, SPEED, Physics, curve_of, pressed, written
+from simulated.faulty import DEPTH, EXPERIMENT, SPEED, Physics, curve_of, pressed, written
 
 from calib.problem.synthetic import Rig
 from models.sensor import design_from
@@ -22,33 +22,6 @@ SEED = 20190307
 BALLS = (5e-3, 2.5e-3)
 SPECIMENS = ((0.64e6, 0.745e-3, 1.09e-3, 0.161e-3), (0.61e6, 0.733e-3, 1.12e-3, 0.158e-3))
 
-HEAD = """\
-name = "Two specimens of one lot, each pressed with two balls (synthetic)"
-pooling = "partial"
-
-[indenter]
-radius = "5 mm"
-
-[sensor]
-radius = "10 mm"
-
-[padding]
-material = "sensor"
-
-[priors]
-young_modulus = { lognormal = ["0.7 MPa", 1.6] }
-relative_permittivity = { normal = [2.8, 0.15] }
-machine_compliance = { halfnormal = "5 um/N" }
-parasitic_capacitance = { normal = ["0 pF", "1 pF"] }
-"""
-SPECIMEN = """
-[[specimens]]
-name = "sensor {k}"
-[specimens.priors]
-sensor_thickness = {{ normal = ["0.74 mm", "0.02 mm"] }}
-padding_thickness = {{ normal = ["1.10 mm", "0.03 mm"] }}
-dielectric_thickness = {{ normal = ["0.160 mm", "0.006 mm"] }}
-"""
 SWEEP = """
 [[specimens.sweeps]]
 name = "ball {ball} mm"
@@ -65,9 +38,11 @@ def main(words: Sequence[str] | None = None) -> None:
     folder = parser.parse_args(words).folder
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(SEED)
-    text = HEAD
+    # Priors and what was measured of each specimen are those of the shipped experiment.
+    head, own, _ = EXPERIMENT.read_text(encoding="utf-8").split("[[specimens]]")
+    text = 'pooling = "partial"\n' + head.rstrip() + "\n"
     for k, (modulus, sensor, padding, dielectric) in enumerate(SPECIMENS, 1):
-        text += SPECIMEN.format(k=k)
+        text += f'\n[[specimens]]\nname = "sensor {k}"\n' + own[own.index("[specimens.priors]") :].rstrip() + "\n"
         for ball in BALLS:
             values = {"young_modulus": modulus, "relative_permittivity": 2.83, "sensor_radius": 10e-3, "indenter_radius": ball}
             layers = {"sensor_thickness": sensor, "padding_thickness": padding, "dielectric_thickness": dielectric}
