@@ -90,7 +90,7 @@ def _in_turn(v: FloatArray, place: FloatArray | None) -> tuple[int, int, float] 
     for period in _PERIODS:
         own = _levels(v, period)
         shown = (own.apart > np.maximum(_SCATTERS * own.scatter, _PACES * (period - 1) * own.pace)) & (own.apart > least)
-        if place is not None:
+        if place is not None and np.any(shown):
             drive = _levels(place, period)
             to_and_fro = drive.apart > np.maximum(_SCATTERS * drive.scatter, 1.5 * (period - 1) * drive.pace)
             shown &= ~to_and_fro

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 
 import numpy as np
 
@@ -65,6 +66,8 @@ _BETWEEN_UNITS = tuple(
 _NINES = re.compile(rf"[{SIGNS}]?9{{3,}}", re.ASCII)
 
 _PADDED = re.compile(rf"[ \t]*[{SIGNS}]?0\d+[ \t]*", re.ASCII)
+# How such a cell begins, among others.
+_ZERO_FIRST = ("0", "-0", "+0", "\u22120", "\u20130", " ", "\t")
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,8 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, quantity: s
 
 def _padded(cells: Sequence[str], values: FloatArray) -> IntArray:
     """Rows of whole numbers with leading zeros."""
+    if not any(map(str.startswith, cells, repeat(_ZERO_FIRST))):
+        return np.zeros(0, dtype=np.int64)
     whole = np.flatnonzero((values == np.rint(values)) & (values != 0))
     return np.array([i for i in whole.tolist() if _PADDED.fullmatch(cells[i])], dtype=np.int64)
 

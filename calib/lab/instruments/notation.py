@@ -404,11 +404,15 @@ def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, 
     """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not."""
     if _OTHER[decimal] in text:
         return "", ()
-    apart = _SHOWN[decimal].unsure.search(text)
-    if apart is None:
-        return "", ()
+    # What is told soon, or by few of the cells, is looked for first.
     small = next(_longer(text, decimal), None)
     if small is None:
+        return "", ()
+    large = _ONE_AND_MORE[decimal].search(text)
+    if large is None or len(large[1]) != 3:
+        return "", ()
+    apart = _SHOWN[decimal].unsure.search(text)
+    if apart is None:
         return "", ()
     if {len(m) for m in _ONE_AND_MORE[decimal].findall(text)} != {3}:
         return "", ()

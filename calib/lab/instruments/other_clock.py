@@ -251,9 +251,9 @@ def _without_distrusted(sheet: Sheet) -> Sheet:
     A row whose cells stand one column too far has an empty cell at its end, too.
     """
     last = next((r for r in range(len(sheet.lines) - 1, -1, -1) if sheet.reasons.get(r) != NO_LAST_CELL), -1)
-    kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons or r > last]
-    if len(kept) == len(sheet.lines):
+    if all(r > last for r in sheet.reasons):
         return sheet
+    kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons or r > last]
     return replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
 
 

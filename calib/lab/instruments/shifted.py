@@ -48,7 +48,7 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
         return {}
     columns = list(table.columns[:n])
     for end in (0, -1):  # what is empty throughout, as for the number of a specimen, is none that a row could have left
-        while len(columns) > 2 and sum(map(columns[end].count, _EMPTY)) == n_row:
+        while len(columns) > 2 and columns[end][0] in _EMPTY and sum(map(columns[end].count, _EMPTY)) == n_row:
             columns.pop(end)
     n = len(columns)
     found: dict[int, str] = {}

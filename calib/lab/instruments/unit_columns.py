@@ -53,7 +53,7 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
     units, aside, notes = dict(enumerate(sheet.units)), dict(sheet.set_aside), list(sheet.notes)
     for at, column in enumerate(sheet.columns[: len(sheet.names)]):
         column = [cell.strip().strip("()[]") for cell in column] if _in_brackets(column) else column
-        first = next((c.strip() for c in column if c.strip()), "")
+        first = next(filter(None, map(str.strip, column)), "")
         if at in aside or at in sheet.assigned or not first or is_numeric(first):
             continue
         of = _column_of(sheet, at, headings, first)
@@ -82,7 +82,7 @@ def with_unit_columns(sheet: Sheet, reading: Reading) -> Sheet:
 
 def _in_brackets(column: Sequence[str]) -> bool:
     """Whether the first cell of a column is a word in brackets."""
-    first = next((cell.strip() for cell in column if cell.strip()), "")
+    first = next(filter(None, map(str.strip, column)), "")
     return len(first) > 2 and first[0] + first[-1] in ("()", "[]") and not any(map(str.isdigit, first))
 
 

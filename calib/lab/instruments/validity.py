@@ -24,6 +24,8 @@ from calib.lab.instruments.vocabulary import words
 
 # A column of so many different cells at most, of which the good ones stand in more than this share of the rows.
 _KINDS, _SHARE = 12, 0.5
+# Cells that show at once that a column has more.
+_SEEN = 1000
 
 
 _DENIED = ("no", "not", "none", "without", "kein", "keine", "nicht", "ohne", "sans", "pas")
@@ -58,6 +60,8 @@ def said_bad(sheet: Sheet) -> Validity:
         if plain not in VALIDITY and not is_status and not marks and index != behind:
             continue
         cells = sheet.columns[index]
+        if len(set(cells[:_SEEN])) > _KINDS:
+            continue
         kinds = {c: c.strip().lower() for c in set(cells)}
         if len(kinds) > _KINDS:
             continue

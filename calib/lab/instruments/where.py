@@ -166,7 +166,7 @@ def filled_down(cells: Sequence[str]) -> list[str]:
     >>> filled_down(["A", *[""] * 20, "B", *[""] * 20])[19:23]
     ['A', 'A', 'B', 'B']
     """
-    tidy = [c.strip() for c in cells]
+    tidy = list(map(str.strip, cells))
     rows = [r for r, c in enumerate(tidy) if c]
     apart = rows[:1] == [0] and len(rows) <= _IN_FIRST_ROWS * len(tidy) and all(b - a >= _FEWEST for a, b in pairwise(rows))
     if not apart or len({tidy[r] for r in rows}) < 2:

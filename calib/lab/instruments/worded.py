@@ -82,7 +82,7 @@ def _worded(column: Sequence[str]) -> list[int]:
     """The rows whose cell is a word, where few are and the others are all numbers or mostly empty; else none."""
     few = max(_FEW, int(_SHARE * len(column)))
     if len(column) - column.count("") <= few:
-        odd: list[int] | None = [r for r, cell in enumerate(column) if cell.strip() and not is_numeric(cell)]
+        odd: list[int] | None = [r for r, cell in enumerate(column) if cell and cell.strip() and not is_numeric(cell)]
     else:
         odd = not_numbers(column, few)
     worded = [r for r in odd or [] if _is_word(column[r].strip())]
