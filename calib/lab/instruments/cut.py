@@ -15,6 +15,7 @@ from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.dressed import plain_names
+from calib.lab.instruments.forms import of_one_form
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -77,7 +78,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         If no header is found, no row follows it, another table follows, a row is wider than the header, or the file
         holds several specimens and `reading` does not say which.
     """
-    pairs = None if text.typed else named_values(text)
+    pairs = None if text.typed else named_values(text) or of_one_form(text, reading)
     if pairs is not None:
         return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
     found = find_header(text, reading)
