@@ -6,7 +6,7 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from calib.lab.instruments.vocabulary import understand
 # such as those of "CH1" and of an address.
 _CLOCK = (
     r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4})[T ]\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,9})?)?"
+    r"(?:Z(?!\w)|[+-]\d\d:?\d\d)?"
     r"|\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?"
 )
 _SIGN = r"(?<![\w.)\]])[-+\u2212]?"
@@ -36,7 +37,7 @@ _NONE = r"(?<![\w.])-?(?:nan|NaN|NAN|None|null|NULL|NA|inf|Infinity|true|false|T
 _MARKS = {mark: re.compile(rf"(?<![\w.:])(?:{_CLOCK})(?![\d:])|{n}|{_NONE}") for mark, n in ((".", _POINT), (",", _COMMA))}
 _IS_NONE = re.compile(r"-?(?:nan|none|null|na)", re.IGNORECASE)
 _IS_CLOCK = re.compile(_CLOCK)
-_WITH_DECIMALS = re.compile(r"(?<![\w.,:])\d+\.\d")
+_WITH_DECIMALS = re.compile(r"(?<![\w.])\d+\.\d+(?!\.?\d)")
 # Lines in the middle of a file that show its form; how many share it at least, of which share of those with numbers.
 _LOOKED_AT, _FEWEST, _NEARLY_ALL = 60, 5, 0.8
 # Of messages in turn, each is so large a share of them.
@@ -45,9 +46,12 @@ _IN_TURN = 0.1
 _LONGEST, _MOST = 2000, 60
 # What stands between the cells of a table, and around the rows of one in brackets.
 _BETWEEN_CELLS = re.compile(r"[\"']?[\s,;|]*[\"']?")
-_OPENED, _CLOSED = r"[\s\[(]*", r"[\s\]),;]*"
+_OPENED, _CLOSED, _CHECKSUM = r"[\s\[(]*", r"[\s\]),;]*", re.compile(r"\*[0-9A-Fa-f]{2}$")
 # What stands beside a number that changes it: signs, powers, "less than", fractions, and minutes.
-_CHANGES_NEXT, _CHANGES_LAST = re.compile(r"(?:[-+\u2212\u2013<~±^×·*≤≥]|^[/:'.])$"), re.compile(r"[-\u2212\u2013×·*^](?!>)")
+_CHANGES_NEXT, _CHANGES_LAST = (
+    re.compile(r"(?:[-+\u2212\u2013<~±^×·*≤≥]|^[/:'.])$"),
+    re.compile(r"[-\u2212\u2013^](?!>)|\s?[×·*]\s?10"),
+)
 _LETTER = re.compile(r"[^\W\d_]")
 _UNIT = re.compile(
     r"[\"')\]]?\s?[\[(]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12})[\])]?(?!\s*[\w\"'\])]*\s*[:=])(?=$|[\s,;|&\"'()\]{}<.:])"
@@ -58,6 +62,7 @@ _GLUED = re.compile(r"[^\W\d_]{1,6}")
 _AROUND = re.compile(r"[,;|&{}<>\"'`:=\t]+|(?<!\w)[\[\](]|[\])](?=\s*[^\s:=])|(?<=\w)\((?=[^()]*$)|(?<=\s)->")
 _LIST = re.compile(r"[(\[](?P<names>[^()\[\]]*(?:[(\[][^()\[\]]{1,12}[)\]][^()\[\]]*)*)[)\]]")
 _NUMBERED = re.compile(r"\b(?:run|test|trial|cycle|record|press|specimen|sample)\b[^\w]*\d", re.IGNORECASE)
+_FILLERS = re.compile(r"^(?:(?:and|the|at|a|then)\s+)+|(?:\s+(?:was|is|reads?|value|of|at))+$", re.IGNORECASE)
 _OF_CLOCKS = "received"
 _ABOVE = 3
 
@@ -69,14 +74,17 @@ class _Form:
     literals: tuple[str, ...]
     mark: str
 
+    @property
     def pattern(self) -> re.Pattern[str]:
         between = ["".join(r"\s*" if c == " " else re.escape(c) for c in literal) for literal in self.literals]
         between[1:-1] = [text if text != r"\s*" else r"\s+" for text in between[1:-1]]
         number = f"({_MARKS[self.mark].pattern})"
-        return re.compile(_OPENED + number.join(between) + _CLOSED)
+        return re.compile(_OPENED + number.join(between) + _CLOSED + f"(?:{_CHECKSUM.pattern})?")
 
-    def shown(self, names: Sequence[str]) -> str:
-        parts = [f"{literal}({name})" for literal, name in zip(self.literals, names, strict=False)]
+    @property
+    def shown(self) -> str:
+        """The text with the numbers of its numbers in their place."""
+        parts = [f"{literal}#{k}" for k, literal in enumerate(self.literals[:-1], 1)]
         return ("".join(parts) + self.literals[-1]).strip()
 
 
@@ -143,7 +151,7 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
         called = [name if called.count(name) == 1 else f"{name} {k}" for k, name in enumerate(called, 1)]
     at = above[0] if above else -1
     notes, beside = _others(text, form, lines, at)
-    unnamed = not any(understand(name) for name in called) and _OF_CLOCKS not in called
+    unnamed = not any(understand(name) for name in called if name != _OF_CLOCKS)
     if unnamed and not reading.columns:
         raise InputError(_nameless(text, form, rows, lines, called))
     columns = [list(column) for column in zip(*rows, strict=True)]
@@ -160,16 +168,33 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
         cut_short=_is_cut(text, form, rows, lines),
         beside=tuple(beside.items()),
     )
-    many = f"{len(lines)} lines, from line {lines[0]} on, differ by their numbers alone, which are the columns: {form.shown(called)[:300]}"
+    many = (
+        f"{len(lines)} lines, from line {lines[0]} on, differ by their numbers alone, which are the columns: {form.shown[:300]}"
+    )
     named = [f"their names are those of line {at + 1}"] if above else []
     outside = [i - 1 for i in beside if not lines[0] < i < lines[-1]]
-    return _with(sheet, (many, *named, *notes), tuple(not_read(sheet, outside, "no line of that form")))
+    unread = not_read(sheet, outside, "no line of that form")
+    return replace(sheet, notes=(many, *named, *notes), unread=tuple(unread))
 
 
-def _with(sheet: Sheet, notes: tuple[str, ...], unread: tuple[object, ...]) -> Sheet:
-    from dataclasses import replace
+def is_of_one_form(lines: Sequence[str]) -> bool:
+    """Whether nearly all lines are of one form, with two numbers or more in a text that is no table's.
 
-    return replace(sheet, notes=notes, unread=unread)
+    Parameters
+    ----------
+    lines : of a file, without blank ones.
+
+    >>> is_of_one_form(['{"t": 0.1, "F": 0.2}'] * 5), is_of_one_form(["0.1,0.2"] * 5)
+    (True, False)
+    """
+    forms = _forms_of(lines[:_LOOKED_AT])
+    form, count = forms.most_common(1)[0] if forms else (None, 0)
+    return (
+        form is not None
+        and count >= max(_FEWEST, _NEARLY_ALL * len(lines[:_LOOKED_AT]))
+        and len(form.literals) > 2
+        and _is_text(form)
+    )
 
 
 def _forms_of(lines: Sequence[str]) -> Counter[_Form]:
@@ -186,12 +211,13 @@ def _forms_of(lines: Sequence[str]) -> Counter[_Form]:
 
 
 def _form_of(line: str, mark: str) -> _Form | None:
-    parts = _MARKS[mark].split(line.strip())
+    parts = _MARKS[mark].split(_CHECKSUM.sub("", line.strip()))
     if not 1 < len(parts) <= _MOST:
         return None
     literals = [re.sub(r"[ ]+", " ", part) for part in parts]
-    literals[0] = re.sub(rf"^{_OPENED}", "", literals[0])
-    literals[-1] = re.sub(rf"{_CLOSED}$", "", literals[-1])
+    # The first and the last row of a list have a bracket more.
+    literals[0] = re.sub(rf"^{_OPENED}", lambda found: found[0].strip()[:1], literals[0])
+    literals[-1] = re.sub(rf"{_CLOSED}$", lambda found: found[0].strip(" ,")[:1], literals[-1])
     return _Form(tuple(literals), mark)
 
 
@@ -203,7 +229,7 @@ def _is_text(form: _Form) -> bool:
 
 
 def _rows_of(text: LabText, form: _Form) -> tuple[list[tuple[str, ...]], list[int]]:
-    pattern = form.pattern()
+    pattern = form.pattern
     matches = ((number, pattern.fullmatch(line)) for number, line in enumerate(text.lines, 1) if len(line) <= _LONGEST)
     found = [(number, match.groups()) for number, match in matches if match is not None]
     return [cells for _, cells in found], [number for number, _ in found]
@@ -245,6 +271,8 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
     last, inner = form.literals[-1], form.literals[1:-1]
     # "s 0.1 mm 0.2 N 0.3" has units in the place of names.
     in_front = bool(_LETTER.search(form.literals[0])) and not _LETTER.search(last) and all(" " not in t.strip() for t in inner)
+    # The text between all numbers is the same, as in a list: none is a name.
+    alike = len({*inner}) == 1 and (len(inner) > 1 or not _LETTER.search(inner[0]))
     names, units, rest = [], [], form.literals[0]
     for k, behind in enumerate(form.literals[1:]):
         key = _UNIT_KEY.match(behind)
@@ -259,7 +287,7 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
         elif glued is not None and glued.end() == len(behind.split(" ")[0].rstrip(",;)]}")):
             following = behind[glued.end() :]
             rows[:] = [(*row[:k], row[k] + glued[0], *row[k + 1 :]) for row in rows]
-        names.append(_name_in(rest, unit))
+        names.append("" if alike else _name_in(rest, unit))
         units.append(unit)
         rest = following
     return names, units
@@ -267,7 +295,7 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
 
 def _name_in(before: str, unit: str) -> str:
     """The name in the text before a number: its last part that has letters, or the one before of a quantity that the unit is of."""
-    parts = [part.strip(" -.#*/\\") for part in _AROUND.split(before.rstrip(" :=\"'`"))]
+    parts = [_FILLERS.sub("", part.strip(" -.#*/\\")) for part in _AROUND.split(before.rstrip(" :=\"'`"))]
     named = [part for part in parts if part and _LETTER.search(part)]
     if not named:
         return ""
@@ -297,18 +325,27 @@ def _names_in(line: str, form: _Form) -> list[str]:
     if any(map(_LETTER.search, form.literals)):
         return []
     line = without_comment_mark(line, ",").strip()
-    between = [r"\s*" + re.escape(literal.strip()) + r"\s*" if literal.strip() else r"\s+" for literal in form.literals[1:-1]]
-    between = [r"[ ]*\t[ ]*" if "\t" in literal else text for literal, text in zip(form.literals[1:-1], between, strict=True)]
-    ends = r"(?:\s*\\\\.*)?" if form.literals[-1].strip() == "\\\\" else _CLOSED
-    begin = _OPENED + (re.escape(form.literals[0].strip()) + r"\s*" if form.literals[0].strip() else "")
-    name = r"(\S(?:.{0,60}?\S)?)"
-    match = re.fullmatch(begin + name + "".join(text + name for text in between) + ends, line)
-    names = [] if match is None else [name.strip("\"'` ") for name in match.groups()]
-    clocked = [not _IS_CLOCK.fullmatch(name) and understand(name) is None for name in names]
-    plain = all(_LETTER.search(name) or _IS_CLOCK.fullmatch(name) for name in names)
-    if not names or not plain or all(clocked):
+    found = _words_between(line, form, "  +") or _words_between(line, form, " +")
+    clocked = [_IS_CLOCK.fullmatch(name) is not None for name in found]
+    plain = all(clock or _LETTER.search(name) for name, clock in zip(found, clocked, strict=True))
+    if not plain or not any(understand(name) for name in found):
         return []
-    return ["" if _IS_CLOCK.fullmatch(name) else name for name in names]
+    return ["" if clock else name for name, clock in zip(found, clocked, strict=True)]
+
+
+def _words_between(line: str, form: _Form, blanks: str) -> list[str]:
+    """The words of a line between the same marks as numbers, between blanks so many; [] if it has others."""
+    between = [rf"\s*{re.escape(mark)}\s*" if (mark := literal.strip(" ")) else blanks for literal in form.literals[1:-1]]
+    first, last = form.literals[0].strip(), form.literals[-1].strip()
+    begin = _OPENED + (re.escape(first) + r"\s*" if first.strip("[(") else "")
+    end = r"\s*" + re.escape(last) + (r"(?:\s*\\[a-z]+)?" if last.startswith("\\") else "") if last.strip("]),;") else ""
+    name = rf"({_CLOCK}|\S(?:.{{0,60}}?\S)?)"
+    match = re.fullmatch(begin + name + "".join(text + name for text in between) + end + _CLOSED, line)
+    found = [] if match is None else [name.strip("\"'` ") for name in match.groups()]
+    # One blank parts names of one word alone.
+    several = [" " in name and not _IS_CLOCK.fullmatch(name) for name in found]
+    apart = [k for k, text in enumerate(between) if text == " +"]
+    return [] if any(several[k] or several[k + 1] for k in apart if found) else found
 
 
 def _others(text: LabText, form: _Form, lines: Sequence[int], header: int) -> tuple[list[str], dict[int, str]]:
@@ -336,8 +373,7 @@ def _others(text: LabText, form: _Form, lines: Sequence[int], header: int) -> tu
 
 
 def _other_form(text: LabText, form: _Form, number: int, line: str) -> Fault:
-    numbered = [str(k) for k in range(1, len(form.literals))]
-    message = f'"{line.strip()[:80]}" is not of the form of the other lines, {form.shown(numbered)[:200]}'
+    message = f'"{line.strip()[:80]}" is not of the form of the other lines, {form.shown[:200]}'
     advice = "Take this line out of the file if it is no reading of this press, or write it as the others are"
     return Fault(message, text.path, number, 1, advice)
 
@@ -352,7 +388,7 @@ def _nameless(text: LabText, form: _Form, rows: Sequence[Sequence[str]], lines: 
         for k, (name, cell) in enumerate(zip(called, rows[0], strict=True), 1)
     )
     return Fault(
-        f"the lines are of one form, {form.shown([str(k) for k in range(1, width + 1)])[:200]}, in which no name of a quantity "
+        f"the lines are of one form, {form.shown[:200]}, in which no name of a quantity "
         f"is understood; in this line {shown[:300]}",
         text.path,
         lines[0],

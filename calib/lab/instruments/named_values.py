@@ -246,6 +246,8 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     if (_LINE if stamp is None else _BEHIND_A_TIME).fullmatch(rest) is None:
         return []
     found = [(match["name"], match["value"], match["unit"] or "") for match in _ONE.finditer(rest)]
+    if any(name.count(a) != name.count(b) for name, _, _ in found for a, b in ("()", "[]", "{}")):
+        return []  # "Reading(t=0.1, F=0.2)"
     return [("Time", stamp["stamp"], ""), *found] if stamp is not None else found
 
 
