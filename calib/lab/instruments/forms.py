@@ -216,9 +216,13 @@ def _form_of(line: str, mark: str) -> _Form | None:
         return None
     literals = [re.sub(r"[ ]+", " ", part) for part in parts]
     # The first and the last row of a list have a bracket more.
-    literals[0] = re.sub(rf"^{_OPENED}", lambda found: found[0].strip()[:1], literals[0])
-    literals[-1] = re.sub(rf"{_CLOSED}$", lambda found: found[0].strip(" ,")[:1], literals[-1])
+    literals[0] = re.sub(rf"^{_OPENED}", _first_bracket, literals[0])
+    literals[-1] = re.sub(rf"{_CLOSED}$", _first_bracket, literals[-1])
     return _Form(tuple(literals), mark)
+
+
+def _first_bracket(found: re.Match[str]) -> str:
+    return re.sub(r"[^\[\]()]", "", found[0])[:1]
 
 
 def _is_text(form: _Form) -> bool:

@@ -26,6 +26,7 @@ from calib.lab.instruments.signals import (
     with_waves_named,
 )
 from calib.lab.instruments.stamps import with_stamps_in_cells
+from calib.lab.instruments.touching import with_cells_apart
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.lab.instruments.wrapped import with_whole_header
@@ -279,6 +280,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    apart, note = with_cells_apart(text)
+    if apart:
+        text, notes = apart, [*notes, note]
     parted, note = with_usual_delimiters(text)
     if parted:
         text, notes = parted, [*notes, note]
