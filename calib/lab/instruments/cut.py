@@ -25,6 +25,7 @@ from calib.lab.instruments.header import (
     find_header,
     no_header,
     split_line,
+    unknown_header,
     without_comment_mark,
 )
 from calib.lab.instruments.labtable import Reading
@@ -78,10 +79,12 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         If no header is found, no row follows it, another table follows, a row is wider than the header, or the file
         holds several specimens and `reading` does not say which.
     """
-    pairs = None if text.typed else named_values(text) or of_one_form(text, reading)
+    pairs = None if text.typed else named_values(text)
+    found = None if pairs is not None else find_header(text, reading)
+    if pairs is None and not text.typed:
+        pairs = of_one_form(text, reading, found)
     if pairs is not None:
         return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
-    found = find_header(text, reading)
     listed = listed_header(text)
     if listed is not None and (found is None or found[1] <= listed.above):
         found = listed.delimiter, listed.above, list(listed.names)
@@ -91,7 +94,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         map(str.isdecimal, reading.columns.values())
     )
     if found is None and by_number:
-        found = find_header(text, reading, numbers=True)
+        found = find_header(text, reading, numbers=True) or unknown_header(text)
         if found is None or _named_otherwise(found[2], reading):
             return _without_header(text, reading)
     if found is not None and listed is None and by_number and _is_beside_the_rows(text, *found):

@@ -88,7 +88,7 @@ class _Form:
         return ("".join(parts) + self.literals[-1]).strip()
 
 
-def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
+def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[str]] | None) -> Sheet | None:
     """Cut a file whose lines differ by their numbers alone into a sheet with a column for each number; None of any other.
 
     A column has the name that the text before its numbers holds, with the unit behind them, else that which stands at its place
@@ -98,6 +98,7 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     ----------
     text : the file.
     reading : what the user says of it.
+    header : that `find_header` finds with it.
 
     Raises
     ------
@@ -105,19 +106,22 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
         If lines of several forms are written in turn, a line among the others may be a row of its own kind, or no column has a
         name and the user says of none what it is.
     """
-    filled = [i for i, line in enumerate(text.lines) if line.strip()]
-    middle = max(0, len(filled) // 2 - _LOOKED_AT // 2)
-    sample = [text.lines[i] for i in filled[middle : middle + _LOOKED_AT]]
+    middle = max(0, len(text.lines) // 2 - _LOOKED_AT)
+    sample = [line for line in text.lines[middle : middle + 2 * _LOOKED_AT] if line.strip()]
     if len(sample) < _FEWEST or max(map(len, sample)) > _LONGEST:
         return None
     forms = _forms_of(sample)
     often = [(form, n) for form, n in forms.most_common(6) if n >= max(_FEWEST, _IN_TURN * len(sample))]
     if not often or not any(_is_text(form) for form, _ in often):
         return None
+    named = header is not None and (not reading.columns or find_header(text, AS_FOUND) is not None)
     form = often[0][0]
     if often[0][1] < _NEARLY_ALL * forms.total():
-        if sum(n for _, n in often) >= _NEARLY_ALL * forms.total() and find_header(text, AS_FOUND) is None:
+        if sum(n for _, n in often) >= _NEARLY_ALL * forms.total() and not named:
             _refuse_in_turn(text, [form for form, _ in often])
+        return None
+    is_plain = not any(map(_LETTER.search, form.literals))
+    if named and not is_plain:
         return None
     rows, lines = _rows_of(text, form)
     if len(form.literals) < 3 or len(rows) < _FEWEST or _may_change(form, rows):
@@ -127,18 +131,17 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     if width < 2:
         return None
     names, units = _names_and_units(form, rows)
-    header = next((i for i in reversed(range(lines[0] - 1)) if text.lines[i].strip()), -1)
+    last = next((i for i in reversed(range(lines[0] - 1)) if text.lines[i].strip()), -1)
     listed = _list_before(form.literals[0], width) if not any(names) else []
     above = next(
         (
             (i, found)
-            for i in range(header, max(header - _ABOVE, -1), -1)
+            for i in range(last, max(last - _ABOVE, -1), -1)
             if not any(names) and (found := _names_in(text.lines[i], form))
         ),
         None,
     )
-    is_plain = all(_LETTER.search(literal) is None for literal in form.literals)
-    if not (above and is_plain) and (not _is_text(form) or find_header(text, AS_FOUND) is not None):
+    if not (above and is_plain) and named:
         return None
     if not any(names) and not listed and not above and any(units):
         return None  # numbers with their units alone
@@ -227,9 +230,8 @@ def _first_bracket(found: re.Match[str]) -> str:
 
 def _is_text(form: _Form) -> bool:
     """Whether there is more around the numbers than stands between the cells of a table, or not the same between all of them."""
-    inner = [literal.strip(" ") or literal for literal in form.literals[1:-1]]
-    outer = [form.literals[0], form.literals[-1]]
-    return not all(_BETWEEN_CELLS.fullmatch(literal) for literal in (*outer, *inner)) or len({*inner}) > 1
+    kinds = {frozenset(literal.replace(" ", "")) or " " for literal in form.literals[1:-1]}  # "," and ",," are of one
+    return len(kinds) > 1 or not all(map(_BETWEEN_CELLS.fullmatch, form.literals))
 
 
 def _rows_of(text: LabText, form: _Form) -> tuple[list[tuple[str, ...]], list[int]]:

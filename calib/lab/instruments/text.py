@@ -18,6 +18,7 @@ from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.odd_delimiters import with_usual_delimiters
 from calib.lab.instruments.signals import (
+    with_attributes_named,
     with_axes_named,
     with_channels_named,
     with_comments_as_names,
@@ -125,6 +126,11 @@ _NAMED_ELSEWHERE = (
         re.compile(r'^[#%/! \t"]*[^\W\d_]{2,8}\.?[ _-]?X"? *[,;\t=:]', re.I | re.MULTILINE),
         with_axes_named,
         "the channels X and Y are named by the list of them above the header",
+    ),
+    (
+        re.compile(r"^[ \t]*@data[ \t]*$", re.IGNORECASE | re.MULTILINE),
+        with_attributes_named,
+        'the columns are named by the lines "@attribute" above "@data"',
     ),
     (re.compile(r"\AIGOR\n", re.IGNORECASE), with_waves_named, "the columns are the waves of an Igor text file"),
     (
