@@ -1,4 +1,4 @@
-"""From lines that hold their numbers in a text that is always the same, `press {"t_s":0.1,"F_N":0.2}`, to a `Sheet` of these."""
+"""From lines that hold their numbers in a text that is the same in all, `press {"t_s":0.1,"F_N":0.2}`, to a `Sheet` of these."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.errors import Choice, Fault, InputError
+from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import SPECIMEN
 from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
@@ -22,12 +22,13 @@ from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 
-# A date with a time or a time of day, a number, and what stands in the place of one. A digit behind a letter or a point is none,
+# A date, a time of day, or both, a number, and what stands in the place of one. A digit behind a letter or a point is none,
 # such as those of "CH1" and of an address.
+_DATE = r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4})"
 _CLOCK = (
-    r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4})[T ]\d{1,2}:\d\d(?::\d\d(?:[.,]\d{1,9})?)?"
+    rf"{_DATE}[T ]\d{{1,2}}:\d\d(?::\d\d(?:[.,]\d{{1,9}})?)?"
     r"(?:Z(?!\w)|[+-]\d\d:?\d\d)?"
-    r"|\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?"
+    rf"|\d{{1,2}}:\d\d:\d\d(?:[.,]\d{{1,9}})?|{_DATE}"
 )
 _SIGN = r"(?<![\w.)\]])[-+\u2212]?"
 _END = r"(?:[eE][-+]?\d{1,3})?(?![\d]|[.,]\d)(?![eE][-+]?\d)"
@@ -49,9 +50,11 @@ _BETWEEN_CELLS = re.compile(r"[\"']?[\s,;|]*[\"']?")
 _OPENED, _CLOSED, _CHECKSUM = r"[\s\[(]*", r"[\s\]),;]*", re.compile(r"\*[0-9A-Fa-f]{2}$")
 # What stands beside a number that changes it: signs, powers, "less than", fractions, and minutes.
 _CHANGES_NEXT, _CHANGES_LAST = (
-    re.compile(r"(?:[-+\u2212\u2013<~±^×·*≤≥]|^[/:'.])$"),
+    re.compile(r"(?:[-+\u2212\u2013<~±^×·*≤≥]|[:=(,;]\s*[-\u2212\u2013]\s*|^[/:'.])$"),
     re.compile(r"[-\u2212\u2013^](?!>)|\s?[×·*]\s?10"),
 )
+# A factor in the text, "x10".
+_FACTOR = re.compile(r"(?<![^\W_])[x×*]\s?\d+(?![\w:])", re.IGNORECASE)
 _LETTER = re.compile(r"[^\W\d_]")
 _UNIT = re.compile(
     r"[\"')\]]?\s?[\[(]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12})[\])]?(?!\s*[\w\"'\])]*\s*[:=])(?=$|[\s,;|&\"'()\]{}<.:])"
@@ -61,6 +64,8 @@ _GLUED = re.compile(r"[^\W\d_]{1,6}")
 # A name is what stands between marks that a program puts around names.
 _AROUND = re.compile(r"[,;|&{}<>\"'`:=\t]+|(?<!\w)[\[\](]|[\])](?=\s*[^\s:=])|(?<=\w)\((?=[^()]*$)|(?<=\s)->")
 _LIST = re.compile(r"[(\[](?P<names>[^()\[\]]*(?:[(\[][^()\[\]]{1,12}[)\]][^()\[\]]*)*)[)\]]")
+# The text of JSON and of Python, whose numbers have a decimal point.
+_OF_PROGRAM = re.compile(r"[{,]\s?(?:\"[^\"]*\"|'[^']*')\s?:")
 _NUMBERED = re.compile(r"\b(?:run|test|trial|cycle|record|press|specimen|sample)\b[^\w]*\d", re.IGNORECASE)
 _FILLERS = re.compile(r"^(?:(?:and|the|at|a|then)\s+)+|(?:\s+(?:was|is|reads?|value|of|at))+$", re.IGNORECASE)
 _OF_CLOCKS = "received"
@@ -147,15 +152,15 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
         return None  # numbers with their units alone
     own = listed or (above[1] if above else names)
     called = [
-        name or (_OF_CLOCKS if _IS_CLOCK.fullmatch(cell) else str(k))
+        name or (str(k) if not _IS_CLOCK.fullmatch(cell) else _OF_CLOCKS if ":" in cell else "date")
         for k, (name, cell) in enumerate(zip(own, rows[0], strict=True), 1)
     ]
     if len({*called}) < len(called):
         called = [name if called.count(name) == 1 else f"{name} {k}" for k, name in enumerate(called, 1)]
     at = above[0] if above else -1
     notes, beside = _others(text, form, lines, at)
-    unnamed = not any(understand(name) for name in called if name != _OF_CLOCKS)
-    if unnamed and not reading.columns:
+    unnamed = not any(understand(name) for name in called if name not in (_OF_CLOCKS, "date"))
+    if unnamed and not any(units) and not reading.columns:
         raise InputError(_nameless(text, form, rows, lines, called))
     columns = [list(column) for column in zip(*rows, strict=True)]
     sheet = Sheet(
@@ -165,7 +170,7 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
         tuple(called),
         units=tuple(units) if any(units) else (),
         declared_units=declared_units(text.lines[: lines[0] - 1]),
-        declared_decimal=declared_decimal(text.lines[: lines[0] - 1]),
+        declared_decimal="." if _OF_PROGRAM.search(form.shown) else declared_decimal(text.lines[: lines[0] - 1]),
         columns=tuple([["" if _IS_NONE.fullmatch(c) else c for c in column] for column in columns]),
         lines=np.array(lines, dtype=np.int64),
         cut_short=_is_cut(text, form, rows, lines),
@@ -174,10 +179,10 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
     many = (
         f"{len(lines)} lines, from line {lines[0]} on, differ by their numbers alone, which are the columns: {form.shown[:300]}"
     )
-    named = [f"their names are those of line {at + 1}"] if above else []
+    names_at = [f"their names are those of line {at + 1}"] if above else []
     outside = [i - 1 for i in beside if not lines[0] < i < lines[-1]]
     unread = not_read(sheet, outside, "no line of that form")
-    return replace(sheet, notes=(many, *named, *notes), unread=tuple(unread))
+    return replace(sheet, notes=(many, *names_at, *notes), unread=tuple(unread))
 
 
 def is_of_one_form(lines: Sequence[str]) -> bool:
@@ -210,7 +215,7 @@ def _forms_of(lines: Sequence[str]) -> Counter[_Form]:
     if points is None or commas is None or len(points.literals) == len(commas.literals):
         return found
     # "F=0,1 x=0,2" has decimal commas; numbers between commas in brackets may be whole ones.
-    return with_commas if all("," != literal for literal in commas.literals) and _is_text(commas) else Counter()
+    return with_commas if all(literal != "," for literal in commas.literals) and _is_text(commas) else Counter()
 
 
 def _form_of(line: str, mark: str) -> _Form | None:
@@ -229,7 +234,7 @@ def _first_bracket(found: re.Match[str]) -> str:
 
 
 def _is_text(form: _Form) -> bool:
-    """Whether there is more around the numbers than stands between the cells of a table, or not the same between all of them."""
+    """Whether more stands around the numbers than between the cells of a table, or not the same between all of them."""
     kinds = {frozenset(literal.replace(" ", "")) or " " for literal in form.literals[1:-1]}  # "," and ",," are of one
     return len(kinds) > 1 or not all(map(_BETWEEN_CELLS.fullmatch, form.literals))
 
@@ -242,7 +247,9 @@ def _rows_of(text: LabText, form: _Form) -> tuple[list[tuple[str, ...]], list[in
 
 
 def _may_change(form: _Form, rows: Sequence[Sequence[str]]) -> bool:
-    """Whether what stands beside a number may be a part of it: a sign, a power, brackets, a mark of thousands."""
+    """Whether what stands beside a number may be a part of it: a sign, a power, brackets, a mark of thousands, a factor."""
+    if any(map(_FACTOR.search, form.literals)):
+        return True
     for k, (before, behind) in enumerate(zip(form.literals, form.literals[1:], strict=False)):
         if (before and not before.endswith("->") and _CHANGES_NEXT.search(before)) or _CHANGES_LAST.match(behind):
             return True
@@ -273,7 +280,10 @@ def _without_constants(form: _Form, rows: list[tuple[str, ...]]) -> tuple[_Form,
 
 
 def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str], list[str]]:
-    """The name before each number and the unit behind it, "" where there is none; what adjoins a number and is none is a part of it."""
+    """The name before each number and the unit behind it, "" where there is none.
+
+    Letters that adjoin a number and are no unit are put back to it in the rows.
+    """
     last, inner = form.literals[-1], form.literals[1:-1]
     # "s 0.1 mm 0.2 N 0.3" has units in the place of names.
     in_front = bool(_LETTER.search(form.literals[0])) and not _LETTER.search(last) and all(" " not in t.strip() for t in inner)
@@ -300,7 +310,7 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
 
 
 def _name_in(before: str, unit: str) -> str:
-    """The name in the text before a number: its last part that has letters, or the one before of a quantity that the unit is of."""
+    """The name in the text before a number: its last part that has letters, or one before it that the unit belongs to."""
     parts = [_FILLERS.sub("", part.strip(" -.#*/\\")) for part in _AROUND.split(before.rstrip(" :=\"'`"))]
     named = [part for part in parts if part and _LETTER.search(part)]
     if not named:
@@ -355,21 +365,24 @@ def _words_between(line: str, form: _Form, blanks: str) -> list[str]:
 
 
 def _others(text: LabText, form: _Form, lines: Sequence[int], header: int) -> tuple[list[str], dict[int, str]]:
-    """Notes on the lines of other forms among the rows, and all lines of such by their number; one that may be a row is refused."""
+    """Notes on the lines of other forms among the rows, and all such lines by their number; what may be a row is refused."""
     there = {*lines, header + 1}
     others = {n: line for n, line in enumerate(text.lines, 1) if line.strip() and n not in there}
-    width, within = len(form.literals) - 1, []
+    width, within, apart = len(form.literals) - 1, [], []
     for number, line in others.items():
         if number == len(text.lines) and not text.ended:
             continue  # cut off
         n_number = len(_MARKS[form.mark].findall(line))
         if not lines[0] < number < lines[-1]:
-            if n_number >= width and number > lines[-1] and number <= lines[-1] + 1:
-                raise InputError(_other_form(text, form, number, line))
+            apart += [number] if n_number >= width else []
             continue
         if n_number >= width or SPECIMEN.search(line) or _NUMBERED.search(line) or not is_only_words(line):
             raise InputError(_other_form(text, form, number, line))
         within.append((number, line))
+    beside = [number for number in apart if number in (lines[0] - 1, lines[-1] + 1)]
+    if beside or len(apart) >= _FEWEST:
+        number = (beside or apart)[0]
+        raise InputError(_other_form(text, form, number, others[number]))
     if not within:
         return [], others
     number, line = within[0]

@@ -389,9 +389,9 @@ SAID_BY_NUMBER = (
 
 #: What a table looks like, for a file in which none is found.
 A_TABLE = (
-    "A table has one line of names with their units, below it one line for each reading, and the same separator in all of them: "
-    '"Time (s);Displacement (mm);Force (N)", then "0.0;0.000;0.001", then "0.1;0.020;0.004". Export the file so, or write it so by a '
-    "few lines of a program"
+    "A table has one line of names with their units, below it one line for each reading, and one separator in all of them: "
+    '"Time (s);Displacement (mm);Force (N)", then "0.0;0.000;0.001", then "0.1;0.020;0.004". Export the file so, or write it '
+    "so by a few lines of a program"
 )
 
 
@@ -556,7 +556,8 @@ def unknown_header(text: LabText) -> tuple[str, int, list[str]] | None:
         if sum(map(bool, row)) != width:
             continue
         found = [(i, split_line(without_comment_mark(text.lines[i], delimiter), delimiter)) for i in above]
-        names = [(i, cells) for i, cells in found if _are_above(cells, row)]
+        apart = next((k for k, (_, cells) in enumerate(found) if not _are_above(cells, row)), len(found))
+        names = found[:apart]
         if len(names) > 1 and all(looks_like_unit(cell) for cell in names[0][1] if cell):
             names = names[1:]
         if names and not all(looks_like_unit(cell) for cell in names[0][1] if cell):

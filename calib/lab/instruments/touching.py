@@ -1,4 +1,4 @@
-"""From lines of columns of a fixed width, in which a full cell touches the next, `-9.9999-10.0000`, to lines with a blank there."""
+"""From lines of columns of a fixed width, in which a full cell touches the next, `-9.9-10.0`, to lines with a blank there."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def with_cells_apart(text: str) -> tuple[str, str]:
     if not parted:
         return "", ""
     note = (
-        f"numbers touch each other in {len(parted)} line(s), the first is line {parted[0] + 1}: they are parted where the cells "
-        f"of the other lines end, behind the places {', '.join(map(str, ends[:-1]))}"
+        f"numbers touch each other in {len(parted)} line(s), the first is line {parted[0] + 1}: they are parted where the "
+        f"cells of the other lines, or the names above, end: behind the places {', '.join(map(str, ends[:-1]))}"
     )
     return "\n".join(lines), note
 
