@@ -1,11 +1,11 @@
-"""From lines that hold their numbers in a text that is the same in all, `press {"t_s":0.1,"F_N":0.2}`, to a `Sheet` of these."""
+"""From lines that hold numbers in a text that is the same in all, `press {"t_s":0.1,"F_N":0.2}`, to a `Sheet` of these."""
 
 from __future__ import annotations
 
 import re
 import shlex
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from calib.lab.instruments.brackets import usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.lines import not_read
+from calib.lab.instruments.named_values import units_said_above
 from calib.lab.instruments.run_on import is_only_words
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.text import LabText
@@ -34,7 +35,10 @@ _SIGN = r"(?<![\w.)\]])[-+\u2212]?"
 _END = r"(?:[eE][-+]?\d{1,3})?(?![\d]|[.,]\d)(?![eE][-+]?\d)"
 _POINT = rf"{_SIGN}(?:\d+(?:\.\d*)?|\.\d+){_END.replace('[.,]', '[.]')}"
 _COMMA = rf"{_SIGN}\d+(?:,\d+)?{_END}"
-_NONE = r"(?<![\w.])-?(?:nan|NaN|NAN|None|null|NULL|NA|inf|Infinity|true|false|True|False|OVER|OVLD|OL)(?![\w.])"
+_NONE = (
+    r"(?<![\w.])-?(?:nan|NaN|NAN|None|null|NULL|NA|inf|Infinity|true|false|True|False|OVER|OVLD|OL|"
+    r"DEBUG|INFO|NOTICE|WARN|WARNING|ERROR|TRACE)(?![\w.])"
+)
 _MARKS = {mark: re.compile(rf"(?<![\w.:])(?:{_CLOCK})(?![\d:])|{n}|{_NONE}") for mark, n in ((".", _POINT), (",", _COMMA))}
 _IS_NONE = re.compile(r"-?(?:nan|none|null|na)", re.IGNORECASE)
 _IS_CLOCK = re.compile(_CLOCK)
@@ -56,9 +60,11 @@ _CHANGES_NEXT, _CHANGES_LAST = (
 # A factor in the text, "x10".
 _FACTOR = re.compile(r"(?<![^\W_])[x×*]\s?\d+(?![\w:])", re.IGNORECASE)
 _LETTER = re.compile(r"[^\W\d_]")
-_UNIT = re.compile(
-    r"[\"')\]]?\s?[\[(]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12})[\])]?(?!\s*[\w\"'\])]*\s*[:=])(?=$|[\s,;|&\"'()\]{}<.:])"
-)
+_UNIT = re.compile(r"[\"')\]]?\s?[\[(]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12})[\])]?(?=$|[\s,;|&\"'()\]{}<.:=])")
+# What makes the word before it a name, if no other name stands behind: "0.1 N=5", but not "0.1 s: F = 5".
+_OF_NAME = re.compile(r"[\"')\]]?\s*[:=](?![^:=]*[^\W\d_])")
+# How far a number may be off, as a number behind it: "0.1 +/- 0.01".
+_TOLERANCE = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
 _UNIT_KEY = re.compile(r"[^{}]{0,40}?\bunits?\b[\"']?\s*[:=]\s*[\"']?(?P<unit>[^\s,;\"'{}]{1,12})", re.IGNORECASE)
 _GLUED = re.compile(r"[^\W\d_]{1,6}")
 # A name is what stands between marks that a program puts around names.
@@ -69,7 +75,7 @@ _OF_PROGRAM = re.compile(r"[{,]\s?(?:\"[^\"]*\"|'[^']*')\s?:")
 _NUMBERED = re.compile(r"\b(?:run|test|trial|cycle|record|press|specimen|sample)\b[^\w]*\d", re.IGNORECASE)
 _FILLERS = re.compile(r"^(?:(?:and|the|at|a|then)\s+)+|(?:\s+(?:was|is|reads?|value|of|at))+$", re.IGNORECASE)
 _OF_CLOCKS = "received"
-_ABOVE = 3
+_ABOVE, _UNITS_ABOVE = 3, 20
 
 
 @dataclass(frozen=True)
@@ -157,6 +163,9 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
     ]
     if len({*called}) < len(called):
         called = [name if called.count(name) == 1 else f"{name} {k}" for k, name in enumerate(called, 1)]
+    written = [(n, line) for n, line in enumerate(text.lines[: lines[0] - 1], 1) if line.strip()]
+    units_line, said = units_said_above(written[-_UNITS_ABOVE:], called, units)
+    units = [said.get(name, unit) for name, unit in zip(called, units, strict=True)]
     at = above[0] if above else -1
     notes, beside = _others(text, form, lines, at)
     unnamed = not any(understand(name) for name in called if name not in (_OF_CLOCKS, "date"))
@@ -168,6 +177,7 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
         "\t",
         0,
         tuple(called),
+        units_line=units_line or None,
         units=tuple(units) if any(units) else (),
         declared_units=declared_units(text.lines[: lines[0] - 1]),
         declared_decimal="." if _OF_PROGRAM.search(form.shown) else declared_decimal(text.lines[: lines[0] - 1]),
@@ -180,7 +190,9 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
         f"{len(lines)} lines, from line {lines[0]} on, differ by their numbers alone, which are the columns: {form.shown[:300]}"
     )
     names_at = [f"their names are those of line {at + 1}"] if above else []
-    outside = [i - 1 for i in beside if not lines[0] < i < lines[-1]]
+    if said:
+        names_at.append(f"line {units_line} says their units: {', '.join(f'{name} in {unit}' for name, unit in said.items())}")
+    outside = [i - 1 for i in beside if not lines[0] < i < lines[-1] and i != units_line]
     unread = not_read(sheet, outside, "no line of that form")
     return replace(sheet, notes=(many, *names_at, *notes), unread=tuple(unread))
 
@@ -269,7 +281,8 @@ def _without_constants(form: _Form, rows: list[tuple[str, ...]]) -> tuple[_Form,
         cells = {row[k] for row in rows}
         name = _name_in(literals[-1], "")
         within = behind[:1] in (":", "=", "]", ")", "'", '"', "#") and not _LETTER.search(behind) and k + 2 < len(form.literals)
-        if len(cells) == 1 and _LETTER.search(literals[-1]) and (within or understand(name) is None):
+        worded = _LETTER.search(literals[-1]) and (within or understand(name) is None)
+        if len(cells) == 1 and (worded or _TOLERANCE.fullmatch(literals[-1]) or _LETTER.match(next(iter(cells)))):
             literals[-1] += cells.pop() + behind
         else:
             literals.append(behind)
@@ -291,6 +304,9 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
     alike = len({*inner}) == 1 and (len(inner) > 1 or not _LETTER.search(inner[0]))
     names, units, rest = [], [], form.literals[0]
     for k, behind in enumerate(form.literals[1:]):
+        beyond = _TOLERANCE.match(behind)
+        if beyond is not None and (number := _MARKS[form.mark].match(behind, beyond.end())) is not None:
+            behind = behind[number.end() :]  # how far it may be off, in all rows the same
         key = _UNIT_KEY.match(behind)
         found = None if in_front and behind.startswith(" ") else _UNIT.match(behind)
         glued = _GLUED.match(behind)
@@ -298,7 +314,7 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
         following = behind
         if key is not None and looks_like_unit(key["unit"]):
             unit, following = key["unit"], behind[key.end() :]
-        elif found is not None and looks_like_unit(usual_case("", found["unit"])):
+        elif found is not None and looks_like_unit(usual_case("", found["unit"])) and not _OF_NAME.match(behind, found.end()):
             unit, following = found["unit"], behind[found.end() :]
         elif glued is not None and glued.end() == len(behind.split(" ")[0].rstrip(",;)]}")):
             following = behind[glued.end() :]
@@ -419,16 +435,15 @@ def _refuse_in_turn(text: LabText, forms: Sequence[_Form]) -> None:
     """Refuse messages of several forms in turn, with a command that writes those of each to a file of their own."""
     if not all(any(map(_LETTER.search, form.literals)) for form in forms):
         return
-    first: Mapping[_Form, int] = {
-        form: next((n for n, line in enumerate(text.lines, 1) if _form_of(line, form.mark) == form), 0) for form in forms
-    }
+    first = {form: next((n for n, line in enumerate(text.lines, 1) if _form_of(line, form.mark) == form), 0) for form in forms}
+    forms = sorted(forms, key=lambda form: first[form])
     own = {
         form: next((w for w in _words_of(form) if not any(w in "\0".join(o.literals) for o in forms if o is not form)), "")
         for form in forms
     }
     if not all(own.values()) or not all(first.values()):
         return
-    shown = "; ".join(f'"{text.lines[n - 1].strip()[:60]}" (line {n})' for n in first.values())
+    shown = "; ".join(f'"{text.lines[n - 1].strip()[:60]}" (line {n})' for n in (first[form] for form in forms))
     name = text.path.name
     commands = "; ".join(
         f"grep -F -e {shlex.quote(word)} {shlex.quote(name)} > {shlex.quote(f'{k}_{name}')}"
@@ -436,7 +451,7 @@ def _refuse_in_turn(text: LabText, forms: Sequence[_Form]) -> None:
     )
     raise InputError(
         Fault(
-            f"lines of {len(forms)} forms are written in turn, and no line holds what was read at one time: {shown}",
+            f"the lines are of {len(forms)} forms, and which of them go together cannot be told: {shown}",
             text.path,
             min(first.values()),
             advice=f"Write the lines of each form to a file of their own, which a terminal does: {commands}",

@@ -100,8 +100,8 @@ class Sheet:
 
     @property
     def prelude(self) -> tuple[str, ...]:
-        """The lines above the header."""
-        return self.text.lines[: max(self.header_line - 1, 0)]
+        """The lines above the names, or the first row where no line holds names."""
+        return self.text.lines[: max((self.named_at or 0) - 1, 0)]
 
     @property
     def named_at(self) -> int | None:
