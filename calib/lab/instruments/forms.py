@@ -7,6 +7,7 @@ import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import dropwhile
 
 import numpy as np
 
@@ -74,6 +75,8 @@ _LIST = re.compile(r"[(\[](?P<names>[^()\[\]]*(?:[(\[][^()\[\]]{1,12}[)\]][^()\[
 _OF_PROGRAM = re.compile(r"[{,]\s?(?:\"[^\"]*\"|'[^']*')\s?:")
 _NUMBERED = re.compile(r"\b(?:run|test|trial|cycle|record|press|specimen|sample)\b[^\w]*\d", re.IGNORECASE)
 _FILLERS = re.compile(r"^(?:(?:and|the|at|a|then)\s+)+|(?:\s+(?:was|is|reads?|value|of|at))+$", re.IGNORECASE)
+# Words before a name that are none of it: a level, an address.
+_OF_LOGGERS = re.compile(r"DEBUG|INFO|NOTICE|WARN(?:ING)?|ERROR|TRACE|CRITICAL|[\w.-]{2,}[/@][\w./@-]+")
 _OF_CLOCKS = "received"
 _ABOVE, _UNITS_ABOVE = 3, 20
 
@@ -335,12 +338,7 @@ def _name_in(before: str, unit: str) -> str:
         heading = understand(part)
         if heading is not None and (part is named[-1] or (unit and is_unit_of(unit, heading.quantity))):
             return part
-    words = named[-1].split()
-    ends = [" ".join(words[k:]) for k in range(1, len(words))]
-    short = next(
-        (end for end in ends if (h := understand(end)) is not None and (h.unit or (unit and is_unit_of(unit, h.quantity)))), ""
-    )
-    return short or named[-1]
+    return " ".join(dropwhile(_OF_LOGGERS.fullmatch, named[-1].split())) or named[-1]
 
 
 def _list_before(before: str, width: int) -> list[str]:
