@@ -431,8 +431,8 @@ def _nameless(text: LabText, form: _Form, rows: Sequence[Sequence[str]], lines: 
 
 def _refuse_in_turn(text: LabText, forms: Sequence[_Form]) -> None:
     """Refuse messages of several forms in turn, with a command that writes those of each to a file of their own."""
-    if not all(any(map(_LETTER.search, form.literals)) for form in forms):
-        return
+    if not all(len(form.literals) > 2 and any(map(_LETTER.search, form.literals)) for form in forms):
+        return  # a time and a reading stand in each
     first = {form: next((n for n, line in enumerate(text.lines, 1) if _form_of(line, form.mark) == form), 0) for form in forms}
     forms = sorted(forms, key=lambda form: first[form])
     own = {

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from itertools import islice
+from itertools import islice, pairwise
 
 # Numbers alone in a line, with blanks or nothing between them, and two that touch.
 _NUMBER = r"[-+]?\d*\.\d+(?:[eE][-+]\d{2,3})?"
+_ONE = re.compile(_NUMBER)
 _OF_NUMBERS = re.compile(rf" *{_NUMBER}(?: *{_NUMBER})+ *")
 _TOUCHING = re.compile(r"\.\d+(?:[eE][-+]\d{2,3})?(?:[-+]\d*)?\.\d")
 _WORD = re.compile(r"\S+")
@@ -21,8 +22,8 @@ _ABOVE = 3
 def with_cells_apart(text: str) -> tuple[str, str]:
     """The text with a blank between the numbers that touch each other in lines of a fixed width, and a note; "" of any other.
 
-    They are parted where cells end in the lines of the same length in which none touch, or else where the names above end, if
-    every line has its decimal points at the same places.
+    They are parted where cells end in the lines of the same length in which no digits touch, or else where the names above end,
+    if every line has its decimal points at the same places.
 
     Parameters
     ----------
@@ -61,8 +62,7 @@ def with_cells_apart(text: str) -> tuple[str, str]:
 
 def _ends(lines: Sequence[str], rows: Sequence[int], first: int) -> tuple[int, ...]:
     """The places behind which the cells of rows end, as they do in those in which none touch, else in the names above; ()."""
-    whole = [lines[i] for i in rows if not _TOUCHING.search(lines[i])]
-    found = Counter(_ends_of(line) for line in whole[:_SHOWN]).most_common(2)
+    found = Counter(ends for i in rows[:_SHOWN] if (ends := _ends_of_numbers(lines[i]))).most_common(2)
     if len(found) == 1:
         return found[0][0]
     n_point = lines[first].count(".")
@@ -74,3 +74,10 @@ def _ends(lines: Sequence[str], rows: Sequence[int], first: int) -> tuple[int, .
 
 def _ends_of(line: str) -> tuple[int, ...]:
     return tuple(match.end() for match in _WORD.finditer(line))
+
+
+def _ends_of_numbers(line: str) -> tuple[int, ...]:
+    """The places behind which the numbers of a line end; () if digits of one touch those of the next, without a sign."""
+    spans = [match.span() for match in _ONE.finditer(line)]
+    apart = all(end < start or line[start] in "+-" for (_, end), (start, _) in pairwise(spans))
+    return tuple(end for _, end in spans) if apart else ()
