@@ -10,13 +10,14 @@ from itertools import islice, pairwise
 # Numbers alone in a line, with blanks or nothing between them, and two that touch.
 _NUMBER = r"[-+]?\d*\.\d+(?:[eE][-+]\d{2,3})?"
 _ONE = re.compile(_NUMBER)
-_OF_NUMBERS = re.compile(rf" *{_NUMBER}(?: *{_NUMBER})+ *")
-_TOUCHING = re.compile(r"\.\d+(?:[eE][-+]\d{2,3})?(?:[-+]\d*)?\.\d")
+_TOUCHING = re.compile(r"\.\d++(?:[eE][-+]\d{2,3})?+(?:[-+]\d*+)?+\.\d")
 _WORD = re.compile(r"\S+")
 # Rows that show that all lines have one length, among so many lines, and rows that show where cells end.
 _FEWEST, _LOOKED_AT, _SHOWN = 5, 60, 2000
 # Words above a first row in which names are looked for.
 _ABOVE = 3
+# Characters of a row.
+_LONGEST = 400
 
 
 def with_cells_apart(text: str) -> tuple[str, str]:
@@ -34,11 +35,11 @@ def with_cells_apart(text: str) -> tuple[str, str]:
     ['0.300', '-100.100']
     """
     beginning = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
-    rows = list(islice((i for i, line in enumerate(beginning) if _OF_NUMBERS.fullmatch(line)), _FEWEST))
+    rows = list(islice((i for i, line in enumerate(beginning) if _is_of_numbers(line)), _FEWEST))
     if len(rows) < _FEWEST or len({len(beginning[i].rstrip()) for i in rows}) > 1 or _TOUCHING.search(text) is None:
         return "", ""
     lines = text.split("\n")
-    there = [i for i, line in enumerate(lines) if len(line) < 1000 and _OF_NUMBERS.fullmatch(line)]
+    there = [i for i, line in enumerate(lines) if _is_of_numbers(line)]
     ends = _ends(lines, there, rows[0])
     if not ends:
         return "", ""
@@ -58,6 +59,10 @@ def with_cells_apart(text: str) -> tuple[str, str]:
         f"cells of the other lines, or the names above, end: behind the places {', '.join(map(str, ends[:-1]))}"
     )
     return "\n".join(lines), note
+
+
+def _is_of_numbers(line: str) -> bool:
+    return len(line) < _LONGEST and line.count(".") > 1 and not _ONE.sub("", line).strip(" ")
 
 
 def _ends(lines: Sequence[str], rows: Sequence[int], first: int) -> tuple[int, ...]:
