@@ -80,11 +80,11 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     pairs = None if text.typed else named_values(text)
-    found = None if pairs is not None else find_header(text, reading)
     if pairs is None and not text.typed:
-        pairs = of_one_form(text, reading, found)
+        pairs = of_one_form(text, reading)
     if pairs is not None:
         return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
+    found = find_header(text, reading)
     listed = listed_header(text)
     if listed is not None and (found is None or found[1] <= listed.above):
         found = listed.delimiter, listed.above, list(listed.names)

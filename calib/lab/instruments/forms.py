@@ -46,6 +46,8 @@ _IS_CLOCK = re.compile(_CLOCK)
 _WITH_DECIMALS = re.compile(r"(?<![\w.])\d+\.\d+(?!\.?\d)")
 # Lines in the middle of a file that show its form; how many share it at least, of which share of those with numbers.
 _LOOKED_AT, _FEWEST, _NEARLY_ALL = 60, 5, 0.8
+# Rows below which no names stand.
+_FIRST_ROWS = 30
 # Of messages in turn, each is so large a share of them.
 _IN_TURN = 0.1
 # Characters of a line of such a form, and numbers in it.
@@ -102,7 +104,7 @@ class _Form:
         return ("".join(parts) + self.literals[-1]).strip()
 
 
-def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[str]] | None) -> Sheet | None:
+def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     """Cut a file whose lines differ by their numbers alone into a sheet with a column for each number; None of any other.
 
     A column has the name that the text before its numbers holds, with the unit behind them, else that which stands at its place
@@ -112,7 +114,6 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
     ----------
     text : the file.
     reading : what the user says of it.
-    header : that `find_header` finds with it.
 
     Raises
     ------
@@ -128,8 +129,8 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
     often = [(form, n) for form, n in forms.most_common(6) if n >= max(_FEWEST, _IN_TURN * len(sample))]
     if not often or not any(_is_text(form) for form, _ in often):
         return None
-    named = header is not None and (not reading.columns or find_header(text, AS_FOUND) is not None)
     form = often[0][0]
+    named = _has_header(text, form)
     if often[0][1] < _NEARLY_ALL * forms.total():
         if sum(n for _, n in often) >= _NEARLY_ALL * forms.total() and not named:
             _refuse_in_turn(text, [form for form, _ in often])
@@ -198,6 +199,13 @@ def of_one_form(text: LabText, reading: Reading, header: tuple[str, int, list[st
     outside = [i - 1 for i in beside if not lines[0] < i < lines[-1] and i != units_line]
     unread = not_read(sheet, outside, "no line of that form")
     return replace(sheet, notes=(many, *names_at, *notes), unread=tuple(unread))
+
+
+def _has_header(text: LabText, form: _Form) -> bool:
+    """Whether names are understood above the first lines of a form, or in these."""
+    pattern = form.pattern
+    first = next((i for i, line in enumerate(text.lines) if len(line) <= _LONGEST and pattern.fullmatch(line)), 0)
+    return find_header(replace(text, lines=text.lines[: first + _FIRST_ROWS]), AS_FOUND) is not None
 
 
 def is_of_one_form(lines: Sequence[str]) -> bool:

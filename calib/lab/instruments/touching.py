@@ -11,6 +11,8 @@ from itertools import islice, pairwise
 _NUMBER = r"[-+]?\d*\.\d+(?:[eE][-+]\d{2,3})?"
 _ONE = re.compile(_NUMBER)
 _TOUCHING = re.compile(r"\.\d++(?:[eE][-+]\d{2,3})?+(?:[-+]\d*+)?+\.\d")
+# What is left between two points without digits and exponents.
+_BETWEEN = (b"..", b".-.", b".+.", b".--.", b".-+.", b".+-.", b".++.")
 _WORD = re.compile(r"\S+")
 # Rows that show that all lines have one length, among so many lines, and rows that show where cells end.
 _FEWEST, _LOOKED_AT, _SHOWN = 5, 60, 2000
@@ -36,7 +38,7 @@ def with_cells_apart(text: str) -> tuple[str, str]:
     """
     beginning = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     rows = list(islice((i for i, line in enumerate(beginning) if _is_of_numbers(line)), _FEWEST))
-    if len(rows) < _FEWEST or len({len(beginning[i].rstrip()) for i in rows}) > 1 or _TOUCHING.search(text) is None:
+    if len(rows) < _FEWEST or len({len(beginning[i].rstrip()) for i in rows}) > 1 or not _may_touch(text):
         return "", ""
     lines = text.split("\n")
     there = [i for i, line in enumerate(lines) if _is_of_numbers(line)]
@@ -59,6 +61,14 @@ def with_cells_apart(text: str) -> tuple[str, str]:
         f"cells of the other lines, or the names above, end: behind the places {', '.join(map(str, ends[:-1]))}"
     )
     return "\n".join(lines), note
+
+
+def _may_touch(text: str) -> bool:
+    """Whether two decimal points stand in a text with nothing but digits, exponents and signs between them."""
+    if not text.isascii():
+        return _TOUCHING.search(text) is not None
+    bare = text.encode("ascii").translate(None, b"0123456789eE")
+    return any(marks in bare for marks in _BETWEEN)
 
 
 def _is_of_numbers(line: str) -> bool:
