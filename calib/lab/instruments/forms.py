@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import SPECIMEN
-from calib.lab.instruments.brackets import usual_case
+from calib.lab.instruments.brackets import no_record, usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.lines import not_read
@@ -63,12 +63,14 @@ _CHANGES_NEXT, _CHANGES_LAST = (
 # A factor in the text, "x10".
 _FACTOR = re.compile(r"(?<![^\W_])[x×*]\s?\d+(?![\w:])", re.IGNORECASE)
 _LETTER = re.compile(r"[^\W\d_]")
-_UNIT = re.compile(r"[\"')\]]?\s?[\[(]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12})[\])]?(?=$|[\s,;|&\"'()\]{}<.:=])")
+_UNIT = re.compile(r"[\"')\]}]?\s?[\[({]?(?P<unit>[^\s,;|&:=\"'()\[\]{}<>]{1,12}?)[\])}]?(?=$|/\s?$|[\s,;|&\"'()\]{}<.:=])")
 # What makes the word before it a name, if no other name stands behind: "0.1 N=5", but not "0.1 s: F = 5".
 _OF_NAME = re.compile(r"[\"')\]]?\s*[:=](?![^:=]*[^\W\d_])")
 # How far a number may be off, as a number behind it: "0.1 +/- 0.01".
 _TOLERANCE = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
-_UNIT_KEY = re.compile(r"[^{}]{0,40}?\bunits?\b[\"']?\s*[:=]\s*[\"']?(?P<unit>[^\s,;\"'{}]{1,12})", re.IGNORECASE)
+_UNIT_KEY = re.compile(
+    r"[^{}]{0,40}?(?:\bunits?\b[\"']?|[\"']u[\"'])\s*[:=]\s*[\"']?(?P<unit>[^\s,;\"'{}]{1,12})", re.IGNORECASE
+)
 _GLUED = re.compile(r"[^\W\d_]{1,6}")
 # A name is what stands between marks that a program puts around names.
 _AROUND = re.compile(r"[,;|&{}<>\"'`:=\t]+|(?<!\w)[\[\](]|[\])](?=\s*[^\s:=])|(?<=\w)\((?=[^()]*$)|(?<=\s)->")
@@ -77,6 +79,13 @@ _LIST = re.compile(r"[(\[](?P<names>[^()\[\]]*(?:[(\[][^()\[\]]{1,12}[)\]][^()\[
 _OF_PROGRAM = re.compile(r"[{,]\s?(?:\"[^\"]*\"|'[^']*')\s?:")
 _NUMBERED = re.compile(r"\b(?:run|test|trial|cycle|record|press|specimen|sample)\b[^\w]*\d", re.IGNORECASE)
 _FILLERS = re.compile(r"^(?:(?:and|the|at|a|then)\s+)+|(?:\s+(?:was|is|reads?|value|of|at))+$", re.IGNORECASE)
+# What stands for the value behind its name.
+_OF_VALUES = re.compile(
+    r"v|val|values?|readings?|data|measurements?|measured|(?:sending )?state|is|wert|messwert|valeur|valor|valore|waarde",
+    re.IGNORECASE,
+)
+# A name as programs give it, right before its value.
+_OF_PROGRAMS = re.compile(r"\w[=:]\s?[\"']?$")
 # Words before a name that are none of it: a level, an address.
 _OF_LOGGERS = re.compile(r"DEBUG|INFO|NOTICE|WARN(?:ING)?|ERROR|TRACE|CRITICAL|[\w.-]{2,}[/@][\w./@-]+")
 _OF_CLOCKS = "received"
@@ -342,10 +351,16 @@ def _name_in(before: str, unit: str) -> str:
     named = [part for part in parts if part and _LETTER.search(part)]
     if not named:
         return ""
-    for part in reversed(named):
-        heading = understand(part)
-        if heading is not None and (part is named[-1] or (unit and is_unit_of(unit, heading.quantity))):
+    for k, part in reversed([*enumerate(named, 1)]):
+        heading = understand(part, unit)
+        if heading is not None and (k == len(named) or (unit and is_unit_of(unit, heading.quantity))):
             return part
+        if not _OF_VALUES.fullmatch(part):
+            break
+    last = named[-1].rsplit(maxsplit=1)[-1]
+    own = understand(last) if _OF_PROGRAMS.search(before) and not no_record(named[-1]) else None
+    if own is not None and own.unit:
+        return last  # "<row t_s=", "press F_N="
     return " ".join(dropwhile(_OF_LOGGERS.fullmatch, named[-1].split())) or named[-1]
 
 

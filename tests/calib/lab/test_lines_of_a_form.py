@@ -83,6 +83,12 @@ def test_a_number_that_is_a_part_of_the_text_is_no_column(tmp_path: Path) -> Non
     assert any("#2 pF with 2 decimals" in note for note in table.notes)
 
 
+@pytest.mark.parametrize("word", ["peak", "setpoint", "offset", "std"])
+def test_a_number_of_a_quantity_that_is_not_its_value_is_not_read(tmp_path: Path, word: str) -> None:
+    row = '{"t_s":%(t)s,"x_mm":%(d)s,"force":{"WORD":%(f)s,"unit":"N"}}'.replace("WORD", word)
+    assert "no force column" in _refused(tmp_path, _lines(row))
+
+
 NAMELESS = {
     "lists": "[%(t)s, %(f)s, %(d)s]",
     "lists with commas": "[%(t)s, %(f)s, %(d)s],",
