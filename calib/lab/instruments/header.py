@@ -539,7 +539,10 @@ def _by_number(text: LabText, width: int, unknown: tuple[str, int, list[str]] | 
         return " ".join(f"--columns {quantity}={k}" for quantity, k in of.items() if k)
     shown = ("time", "capacitance") if width == 2 else ("time", "displacement", "force")
     said = " ".join(f"--columns {quantity}={k}" for k, quantity in enumerate(shown, 1))
-    return f"{said} {' '.join(f'--units {quantity}=...' for quantity in shown)}, each in the unit of the file"
+    begin = re.split(r"[\t;,|]", text.lines[_first_row(text)[0]].strip())[0]
+    timed = is_clock(begin) or is_clock(begin.split()[0] if begin.split() else "")
+    units = " ".join(f"--units {quantity}=..." for quantity in shown[timed:])  # a time of day has none
+    return f"{said} {units}, each in the unit of the file"
 
 
 def unknown_header(text: LabText) -> tuple[str, int, list[str]] | None:
