@@ -90,7 +90,8 @@ class Fault:
     choice: Choice | None = None
 
     def __str__(self) -> str:
-        place = ":".join(str(p) for p in (self.path, self.line, self.column) if p is not None)
+        column = self.column if self.line is not None else None
+        place = ":".join(str(p) for p in (self.path, self.line, column) if p is not None)
         return f"{place}: {self.sentences}" if place else self.sentences
 
     @property

@@ -644,7 +644,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
             Fault(
                 f"the header names {named} columns, no row has more than {widest} cells",
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 widest + 1,
                 advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
                 "number, what it is and its unit: --columns force=... --units force=...",

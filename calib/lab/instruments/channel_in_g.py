@@ -47,4 +47,4 @@ def load_or_acceleration(
         f'column "{sheet.names[index]}" may be a load or an acceleration: it does not go with a displacement as a load does'
     )
     advice = f"If it is the load: {this}; if not, say which column is, or leave it out: {none}"
-    return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=this)]
+    return [Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=advice, choice=this)]

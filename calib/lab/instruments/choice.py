@@ -277,7 +277,7 @@ def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) 
         Fault(
             f'column "{sheet.names[index]}" may be a channel, or the capacitance at rest, which is no record',
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             index + 1,
             advice=f"If it is what was measured during the press: {this}; else leave it out: {none}",
             choice=this,
@@ -334,7 +334,7 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
                 Fault(
                     f'column "{sheet.names[index]}" may be a series or a parallel capacitance: {claim}',
                     sheet.text.path,
-                    sheet.header_line or None,
+                    sheet.named_at,
                     index + 1,
                     advice=f"Say which: {series} for Cs, {parallel} for Cp",
                     choice=series,
@@ -459,7 +459,7 @@ def _letter_that_may_be_a_place(sheet: Sheet, chosen: Mapping[str, tuple[int, He
             f'column "{sheet.names[index]}" may be a dissipation or a displacement: it has no unit, and goes from '
             f"{there.min():.3g} to {there.max():.3g}",
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             index + 1,
             advice=f"Say which: {loss} or {place}, with --units displacement=...",
             choice=loss,
@@ -518,7 +518,7 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
                 Fault(
                     f'"{sheet.names[own]}" {own_does}, and "{sheet.names[index]}", which is not understood, {other_does}',
                     sheet.text.path,
-                    sheet.header_line or None,
+                    sheet.named_at,
                     index + 1,
                     advice=f"Say which one is the {quantity}: {choice}",
                     choice=choice,
@@ -591,7 +591,7 @@ def _blanks_among_tabs(sheet: Sheet) -> Fault | None:
     return Fault(
         f'"{name}" are {len(parts[name])} names with blanks between them, where tabs stand between other cells',
         sheet.text.path,
-        sheet.header_line or None,
+        sheet.named_at,
         sheet.names.index(name) + 1,
         advice="Put one mark between all cells, such as a tab in place of blanks in succession, in the header and in every row",
     )
@@ -619,7 +619,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
         Fault(
             f"no {quantity} column among {there}",
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             advice=_how_to_give(sheet, quantity, choice, reading),
         )
         for quantity in _but_of_a_meter(sheet, family.requirement(found))
@@ -628,7 +628,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
         Fault(
             f'there is no {quantity} column to give the unit "{unit}" to',
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             advice=f"Say which column it is: --columns {quantity}=..., or leave the unit out",
         )
         for quantity, unit in reading.units.items()

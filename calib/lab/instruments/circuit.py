@@ -179,7 +179,7 @@ def untold_circuit(sheet: Sheet, index: int, heading: Heading, dissipation: Floa
         Fault(
             f'column "{name}" does not say whether it is Cp or Cs, which differ by {100 * large**2:.2g} % at D {large:.2g}',
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             index + 1,
             advice=f"Say which: {parallel} for Cp, {series} for Cs",
             choice=parallel,

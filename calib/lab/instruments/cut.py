@@ -15,6 +15,7 @@ from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.dressed import plain_names
+from calib.lab.instruments.forms import of_one_form
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -24,6 +25,7 @@ from calib.lab.instruments.header import (
     find_header,
     no_header,
     split_line,
+    unknown_header,
     without_comment_mark,
 )
 from calib.lab.instruments.labtable import Reading
@@ -78,6 +80,8 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     pairs = None if text.typed else named_values(text)
+    if pairs is None and not text.typed:
+        pairs = of_one_form(text, reading)
     if pairs is not None:
         return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
     found = find_header(text, reading)
@@ -90,7 +94,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         map(str.isdecimal, reading.columns.values())
     )
     if found is None and by_number:
-        found = find_header(text, reading, numbers=True)
+        found = find_header(text, reading, numbers=True) or unknown_header(text)
         if found is None or _named_otherwise(found[2], reading):
             return _without_header(text, reading)
     if found is not None and listed is None and by_number and _is_beside_the_rows(text, *found):

@@ -6,7 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 from types import MappingProxyType
 
 from calib.errors import Choice, Fault
@@ -387,12 +387,24 @@ SAID_BY_NUMBER = (
 )
 
 
+#: What a table looks like, for a file in which none is found.
+A_TABLE = (
+    "A table has one line of names with their units, below it one line for each reading, and one separator in all of them: "
+    '"Time (s);Displacement (mm);Force (N)", then "0.0;0.000;0.001", then "0.1;0.020;0.004". Export the file so, or write it '
+    "so by a few lines of a program"
+)
+
+
 def no_header(text: LabText) -> Fault:
     """The fault of a file without a header that is understood, with what seems to be one."""
-    seen = _likely_header(text)
-    first = next((i for i, line in enumerate(text.lines) if line.strip()), 0)
-    found = f"; found {', '.join(seen[1])}" if seen else f'; the file begins with "{text.lines[first].strip()[:60]}"'
-    advice = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
+    first, width = _first_row(text)
+    unknown = unknown_header(text)
+    seen = (unknown[1] + 1, [f'"{c[:40]}"' for c in unknown[2] if c][:12]) if unknown is not None else _likely_header(text)
+    found = (
+        f"; found {', '.join(seen[1])}"
+        if seen
+        else f'; {"the first row is" if width else "the file begins with"} "{text.lines[first].strip()[:60]}"'
+    )
     numbered = find_header(text, AS_FOUND, numbers=True)
     odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)] if numbered is not None else []
     if numbered is not None and odd and not seen:
@@ -430,7 +442,7 @@ def no_header(text: LabText) -> Fault:
             line + 1,
             advice=f"If that is so, say it: {said}; or write names above them",
         )
-    replies, width = _reply_lines(text), width_of_row(text.lines[first])
+    replies = _reply_lines(text)
     if replies and not seen:
         return Fault(
             f"there is no header; the lines look like replies of {replies}, without a time and without the names of the values",
@@ -438,13 +450,28 @@ def no_header(text: LabText) -> Fault:
             advice="A capacitance is read over a time: log the time of each reply in a column before it, and write names and "
             'units above, as in "Time (s),Cp (F),D,status"',
         )
+    if not width:
+        return Fault(
+            f"no table is found, neither names that are understood nor rows of numbers{found}",
+            text.path,
+            first + 1,
+            advice=A_TABLE,
+        )
+    understood = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
     return Fault(
         f"no header row with column names that are understood{found}",
         text.path,
         seen[0] if seen else first + 1,
-        advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        + (_by_number(width) if width else f"(by name or number: {SAID_BY_NUMBER}). Understood are {advice}"),
+        advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what, by '
+        f"{'name or ' if seen else ''}number: {_by_number(text, width, unknown)}. Understood are {understood}",
     )
+
+
+def _first_row(text: LabText) -> tuple[int, int]:
+    """The index of the first line of numbers that stands with others, and its cells; the first line and 0 of a file without."""
+    filled = [(i, width_of_row(line)) for i, line in enumerate(text.lines[:HEADER_WITHIN]) if line.strip()]
+    rows = ((i, n) for (i, n), (_, below) in pairwise(filled) if n > 1 and n == below)
+    return next(rows, (filled[0][0] if filled else 0, 0))
 
 
 def _one_a_line(text: LabText) -> Fault | None:
@@ -501,10 +528,50 @@ def _quantities_in_lines(text: LabText) -> list[tuple[int, str]]:
     return []
 
 
-def _by_number(width: int) -> str:
-    shown = ("capacitance",) if width == 2 else ("displacement", "force")
-    said = " ".join(f"--columns {quantity}={k}" for k, quantity in enumerate(("time", *shown), 1))
-    return f"by the numbers of the columns, from 1: {said}, with --units of each"
+def _by_number(text: LabText, width: int, unknown: tuple[str, int, list[str]] | None) -> str:
+    """Options that say of columns what they are: those whose names have a unit of a press, else the first ones."""
+    mark, header, names = unknown if unknown is not None else ("", 0, [])
+    inside = [re.findall(r"[(\[]([^()\[\]]+)[)\]]", name) for name in names]
+    if names and all(map(looks_like_unit, below := split_line(text.lines[header + 1], mark))):
+        inside = [[unit] for unit in below]
+    of = {q: next((k for k, units in enumerate(inside, 1) if any(is_unit_of(u, q) for u in units)), 0) for q in RECORDED}
+    if (of["displacement"] and of["force"]) or (of["time"] and of["capacitance"]):
+        return " ".join(f"--columns {quantity}={k}" for quantity, k in of.items() if k)
+    shown = ("time", "capacitance") if width == 2 else ("time", "displacement", "force")
+    said = " ".join(f"--columns {quantity}={k}" for k, quantity in enumerate(shown, 1))
+    begin = re.split(r"[\t;,|]", text.lines[_first_row(text)[0]].strip())[0]
+    timed = is_clock(begin) or is_clock(begin.split()[0] if begin.split() else "")
+    units = " ".join(f"--units {quantity}=..." for quantity in shown[timed:])  # a time of day has none
+    return f"{said} {units}, each in the unit of the file"
+
+
+def unknown_header(text: LabText) -> tuple[str, int, list[str]] | None:
+    """Delimiter, index and cells of the names right above the first rows of numbers, one for each, be they understood or not.
+
+    Parameters
+    ----------
+    text : of a file in which no header is understood.
+    """
+    first, width = _first_row(text)
+    above = list(islice((i for i in range(first - 1, -1, -1) if text.lines[i].strip()), 2))
+    for delimiter in DELIMITERS if width else ():
+        row = split_line(text.lines[first], delimiter)
+        if sum(map(bool, row)) != width:
+            continue
+        found = [(i, split_line(without_comment_mark(text.lines[i], delimiter), delimiter)) for i in above]
+        apart = next((k for k, (_, cells) in enumerate(found) if not _are_above(cells, row)), len(found))
+        names = found[:apart]
+        if len(names) > 1 and all(looks_like_unit(cell) for cell in names[0][1] if cell):
+            names = names[1:]
+        if names and not all(looks_like_unit(cell) for cell in names[0][1] if cell):
+            return delimiter, *names[0]
+    return None
+
+
+def _are_above(names: Sequence[str], row: Sequence[str]) -> bool:
+    """Whether cells are words, one above each number of a row."""
+    there = [name for name, cell in zip(names, row, strict=False) if cell]
+    return len(names) == len(row) and all(any(map(str.isalpha, name)) and not is_reading(name) for name in there)
 
 
 _BUS_REPLY = re.compile(
@@ -531,7 +598,7 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
                 return above
             above = (index + 1, [f'"{c[:40]}"' for c in cells[:12]])
             break
-    return above
+    return None  # no rows below
 
 
 # --- what stands above it -----------------------------------------------------------------------------------------------

@@ -220,7 +220,7 @@ def _fault(sheet: Sheet, index: int, what: str) -> Fault:
     return Fault(
         f"the rows may belong to several records: {what}: {listed_values(cells)}",
         sheet.text.path,
-        sheet.header_line or None,
+        sheet.named_at,
         index + 1,
         advice=f"Say which rows to read: {choice}",
         choice=choice,

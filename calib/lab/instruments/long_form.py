@@ -42,7 +42,7 @@ def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
         return Fault(
             f'each row holds one reading: column "{name}" says of which quantity, {listed}',
             sheet.text.path,
-            sheet.header_line or None,
+            sheet.named_at,
             at + 1,
             advice=f'Give each a column of its own, with its unit in the name ("Load (N)"), and each time one row: by a '
             f'pivot table of a workbook with "{name}" as its columns, or by DataFrame.pivot(columns="{name}", ...) of pandas',

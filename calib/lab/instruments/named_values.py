@@ -82,7 +82,7 @@ def named_values(text: LabText) -> Sheet | None:
         own = {unit for _, unit in cells}
         below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
         columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
-    units_line, said = _units_above(written[:first], names, below)
+    units_line, said = units_said_above(written[:first], names, below)
     below = [said.get(name, unit) for name, unit in zip(names, below, strict=True)]
     sheet = Sheet(
         text,
@@ -213,10 +213,15 @@ def _of_records(text: LabText) -> _Found | None:
     return names, rows, lines, first, cut_short, note
 
 
-def _units_above(above: Sequence[tuple[int, str]], names: Sequence[str], own: Sequence[str]) -> tuple[int, dict[str, str]]:
+def units_said_above(above: Sequence[tuple[int, str]], names: Sequence[str], own: Sequence[str]) -> tuple[int, dict[str, str]]:
     """The 1-based line above the rows that says units of their values, name by name, and those; 0 and {} without such a line.
 
     Of two such lines, or where one of the values has a unit of its own, none is taken.
+
+    Parameters
+    ----------
+    above : the filled lines above the rows, each with its number.
+    names, own : of the values, and the units that stand with them.
     """
     found: list[tuple[int, dict[str, str]]] = []
     for number, line in above:
@@ -246,6 +251,8 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     if (_LINE if stamp is None else _BEHIND_A_TIME).fullmatch(rest) is None:
         return []
     found = [(match["name"], match["value"], match["unit"] or "") for match in _ONE.finditer(rest)]
+    if any(name.count(a) != name.count(b) for name, _, _ in found for a, b in ("()", "[]", "{}")):
+        return []  # "Reading(t=0.1, F=0.2)"
     return [("Time", stamp["stamp"], ""), *found] if stamp is not None else found
 
 

@@ -45,7 +45,7 @@ def along_another_axis(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], 
                 f'"{sheet.names[index]}" changes by {along:.3g} {unit}, "{sheet.names[most]}" of another axis by {beside:.3g}: '
                 "along which axis it is pressed is not told",
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 most + 1,
                 advice=f"Say which one is meant: {choice}",
                 choice=choice,

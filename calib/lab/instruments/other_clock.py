@@ -124,7 +124,7 @@ def second_clock(
         taken, name = (sheet.names[i] for i in (places["time"], index))
         advice = f"Save the records of two instruments as two files, or {_with_a_clock(sheet, places, index)}"
         message = f'"{name}" may be a time of its own beside "{taken}": which readings belong to which is not told'
-        return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice)]
+        return [Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=advice)]
     return []
 
 
@@ -211,7 +211,7 @@ def twin_axes(sheet: Sheet, places: Mapping[str, int], unread: Mapping[int, str]
         # A load alone is no press.
         if ahead != ["force"]:
             advice += f", or leave the second pair out: {' '.join(str(Choice('columns', ('none',), q)) for q in behind)}"
-        return [Fault(message, sheet.text.path, sheet.header_line or None, second + 1, advice=advice)]
+        return [Fault(message, sheet.text.path, sheet.named_at, second + 1, advice=advice)]
     return []
 
 

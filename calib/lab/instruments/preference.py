@@ -122,7 +122,7 @@ def best_of(
             Fault(
                 f'column "{sheet.names[best.index]}" may be no {in_words(quantity)}: {best.heading.name_doubt}',
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 best.index + 1,
                 advice=f"{first}: {this}{another}",
                 choice=this,
@@ -150,7 +150,7 @@ def _in_parts(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequenc
         listed = ", ".join(f'"{sheet.names[i]}"' for i in parts)
         message = f'"{sheet.names[index]}" is the sum of {listed}: cells that share the load, or one that counts it twice'
         advice = f"Say which one is the load: {choice}"
-        return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=choice)]
+        return [Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=advice, choice=choice)]
     return []
 
 
@@ -174,7 +174,7 @@ def _less_than(
             Fault(
                 f'"{sheet.names[best.index]}" could be the time, but "{sheet.names[day]}" has times of day that run otherwise',
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 day + 1,
                 advice=f"Say which one is meant: {choice}",
                 choice=choice,
@@ -199,7 +199,7 @@ def _less_than(
             Fault(
                 f'"{sheet.names[best.index]}" could be the {in_words(quantity)}, but {named}',
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 index + 1,
                 advice=f"{correct if len(either) == 1 else 'Say which one is meant'}: {choice}",
                 choice=choice,
@@ -500,9 +500,7 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
         message = f'"{sheet.names[asked]}" and "{sheet.names[index]}" are two clocks: what was read at the one is open'
         press = " ".join(str(Choice("columns", ("none",), q)) for q in ("displacement", "force"))
         advice = f"Leave out what was not: {without}, or {press}; or save the records of two instruments as two files"
-        return Remarks(
-            faults=(Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=without),)
-        )
+        return Remarks(faults=(Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=advice, choice=without),))
     return Remarks()
 
 
@@ -529,7 +527,7 @@ def _choice_of(
             "Save the records of two instruments as two files, or leave out what was not read at the time that is meant: "
             f"--columns capacitance=none, and {advice[0].lower()}{advice[1:]}"
         )
-    line, first = sheet.header_line or None, rivals[0]
+    line, first = sheet.named_at, rivals[0]
     twice = [c for c in rivals if sheet.names[c.index] == sheet.names[best.index]]
     if len(twice) == len(rivals):
         message = f'column "{sheet.names[best.index]}" appears twice (columns {best.index + 1} and {first.index + 1})'

@@ -136,8 +136,8 @@ def _no_such_specimen(sheet: Sheet, table: Table, reading: Reading) -> Fault:
             choice = Choice("where", tuple(own[:1] or named), asked_name(replace(sheet, columns=tuple(table.columns)), index))
             message = f'specimens are told apart by the column "{name}", which names {listed_values(named)}'
             advice = f"Leave the specimen out, and say it by the column: {choice}"
-            return Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice, choice)
-    return Fault(message, sheet.text.path, sheet.header_line or None, advice="Leave the specimen out")
+            return Fault(message, sheet.text.path, sheet.named_at, index + 1, advice, choice)
+    return Fault(message, sheet.text.path, sheet.named_at, advice="Leave the specimen out")
 
 
 def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:

@@ -154,7 +154,7 @@ def _of_the_way(sheet: Sheet, index: int, load: int, said: Mapping[str, str]) ->
         "as the way of the machine does, not the sign of a load"
     )
     advice = f"If the load was compression throughout, name its column, and it is read as it stands: {choice}"
-    fault = Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=choice)
+    fault = Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=advice, choice=choice)
     return Sense(index, faults=(fault,))
 
 

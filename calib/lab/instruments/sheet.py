@@ -100,8 +100,13 @@ class Sheet:
 
     @property
     def prelude(self) -> tuple[str, ...]:
-        """The lines above the header."""
-        return self.text.lines[: max(self.header_line - 1, 0)]
+        """The lines above the names, or the first row where no line holds names."""
+        return self.text.lines[: max((self.named_at or 0) - 1, 0)]
+
+    @property
+    def named_at(self) -> int | None:
+        """The 1-based line of the names; of the first row where no line holds them, None where there is none yet."""
+        return self.header_line or (int(self.lines[0]) if len(self.lines) else None)
 
     def trusted(self) -> Sheet:
         """The same with empty cells in the rows that cannot be trusted, to see what a column is."""

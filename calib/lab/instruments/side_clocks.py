@@ -147,7 +147,7 @@ def of_one_clock(sheet: Sheet, start: int, reading: Reading) -> Sheet:
                 f'"{sheet.names[apart[0]]}" stands with the time in column {other.time + 1}, whose rows are of other '
                 f"times than those of {shown}",
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 apart[0] + 1,
                 advice=f"Read the columns of one time at once. {choice_of_clock(sheet, blocks)[0]}",
             )
@@ -157,7 +157,7 @@ def of_one_clock(sheet: Sheet, start: int, reading: Reading) -> Sheet:
             Fault(
                 f"all that stands with {shown} is left out, and the other columns stand with other times",
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 said + 1,
                 advice=choice_of_clock(sheet, blocks)[0],
             )
@@ -179,7 +179,7 @@ def _check_one_left(sheet: Sheet, blocks: Sequence[ClockBlock]) -> None:
                 f"columns {blocks[0].time + 1} and {blocks[1].time + 1} are times that differ: what stands with the one was "
                 "not read when what stands with the other was, row by row",
                 sheet.text.path,
-                sheet.header_line or None,
+                sheet.named_at,
                 blocks[1].time + 1,
                 advice=choice_of_clock(sheet, blocks)[0],
             )

@@ -31,6 +31,10 @@ _AXIS_KEY = re.compile(
 _AXIS = re.compile(r"(?P<axis>[XYZ])\s*(?P<unit>[(\[][^()\[\]]+[)\]])?", re.IGNORECASE)
 # Igor writes "WAVES/D<tab>time, force" between "IGOR" and "BEGIN".
 _WAVES = re.compile(r"\s*WAVES(?:/[A-Z]+)*[\t ]+(?P<names>[^,\"]+(?:,[^,\"]+)+)", re.IGNORECASE)
+# Weka lists the columns of an ARFF file, `@attribute 'Force (N)' numeric`, above the line "@data".
+_ATTRIBUTE = re.compile(
+    r"\s*@attribute\s+(?:(?P<mark>['\"])(?P<quoted>[^'\"]+)(?P=mark)|(?P<name>[^\s'\"]+))\s+[\w{].*", re.IGNORECASE
+)
 # What stands for the readings below a title, and between what was measured and over what it is drawn.
 _OF_PAIR, _OVER = (
     ("y", "value", "values", "amplitude", "wert", "messwert"),
@@ -165,6 +169,25 @@ def with_axes_named(lines: Sequence[str]) -> list[str]:
         lists = {at for at, _ in named.values()}
         return [*("" if k in lists else above for k, above in enumerate(lines[:i])), mark.join(names), *lines[i + 1 :]]
     return []
+
+
+def with_attributes_named(lines: Sequence[str]) -> list[str]:
+    """The lines of an ARFF file with the names of its attributes where the data start; [] if it is none.
+
+    Parameters
+    ----------
+    lines : of a text file.
+
+    >>> with_attributes_named(["@relation r", "@attribute t_s numeric", "@ATTRIBUTE 'Force (N)' REAL", "@data", "0.0,0.1"])[3:]
+    ['t_s,Force (N)', '0.0,0.1']
+    """
+    start = next((i for i, line in enumerate(lines[:_ABOVE]) if line.strip().lower() == "@data"), 0)
+    found = [match for line in lines[:start] if (match := _ATTRIBUTE.fullmatch(line)) is not None]
+    names = [(match["quoted"] or match["name"]).strip() for match in found]
+    if not names or any("," in name or '"' in name for name in names):
+        return []
+    above = ["" if _ATTRIBUTE.fullmatch(line) else line for line in lines[:start]]
+    return [*above, ",".join(names), *lines[start + 1 :]]
 
 
 def _address(cell: str) -> str:

@@ -97,7 +97,7 @@ def _date(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, i
             advice = (
                 "If its header stands over a date, put each name over its column; or say which is which: --columns force=..."
             )
-            return [Fault(message, sheet.text.path, sheet.header_line or None, places["force"] + 1, advice=advice)]
+            return [Fault(message, sheet.text.path, sheet.named_at, places["force"] + 1, advice=advice)]
     return []
 
 

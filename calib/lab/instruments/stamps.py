@@ -20,6 +20,8 @@ _FEWEST = 5
 _NAMED = re.compile(r"\s*[^\W\d][^\s:=,;|]{0,40} ?[:=] ?[-+.]?\d")
 _ONE = re.compile(rf"\s*[{SIGNS}]?\d+(?:[.,]\d+)?(?:[eE][{SIGNS}]?\d+)? ?(?P<unit>[^\W\d_][^\s:=,;|]{{0,8}})\s*")
 _NUMBERS = re.compile(rf"\s*[{SIGNS}]?[\d.][\d.eE+-]*(?:[ \t]+[{SIGNS}]?[\d.][\d.eE+-]*)*\s*")
+# How a cell with a number begins, in quotes or not.
+_BEGINS = frozenset("0123456789-+.\u2212\u2013\"'")
 _CALLED = {"capacitance": "C", "force": "force", "displacement": "displacement"}
 
 
@@ -72,6 +74,8 @@ def _how(rests: Sequence[str]) -> tuple[str, str]:
         return "one", name
     if all(map(_NUMBERS.fullmatch, rests[-_FEWEST - 1 : -1])):
         return "numbers", "\t"
+    if 2 * sum(rest.lstrip()[:1] in _BEGINS and bool(rest.strip()) for rest in rests) <= len(rests):
+        return "", ""  # words, which hold their numbers otherwise
     last = next((rest for rest in reversed(rests) if rest.strip()), "")
     mark = next((mark for mark in "\t;," if mark in last), "")
     return ("cells", mark) if mark else ("", "")

@@ -18,6 +18,7 @@ from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.odd_delimiters import with_usual_delimiters
 from calib.lab.instruments.signals import (
+    with_attributes_named,
     with_axes_named,
     with_channels_named,
     with_comments_as_names,
@@ -26,6 +27,7 @@ from calib.lab.instruments.signals import (
     with_waves_named,
 )
 from calib.lab.instruments.stamps import with_stamps_in_cells
+from calib.lab.instruments.touching import with_cells_apart
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 from calib.lab.instruments.wrapped import with_whole_header
@@ -124,6 +126,11 @@ _NAMED_ELSEWHERE = (
         re.compile(r'^[#%/! \t"]*[^\W\d_]{2,8}\.?[ _-]?X"? *[,;\t=:]', re.I | re.MULTILINE),
         with_axes_named,
         "the channels X and Y are named by the list of them above the header",
+    ),
+    (
+        re.compile(r"^[ \t]*@data[ \t]*$", re.IGNORECASE | re.MULTILINE),
+        with_attributes_named,
+        'the columns are named by the lines "@attribute" above "@data"',
     ),
     (re.compile(r"\AIGOR\n", re.IGNORECASE), with_waves_named, "the columns are the waves of an Igor text file"),
     (
@@ -279,6 +286,9 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
             notes.append(
                 f'{n_cell} cells are written as formulas of a spreadsheet, such as ="0.50": what stands in them is taken'
             )
+    apart, note = with_cells_apart(text)
+    if apart:
+        text, notes = apart, [*notes, note]
     parted, note = with_usual_delimiters(text)
     if parted:
         text, notes = parted, [*notes, note]

@@ -60,7 +60,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     name, below = sheet.names[index], sheet.unit_below(index)
     inside = heading.unit or ""
     declared, declared_line = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))
-    line = sheet.units_line if below and sheet.units_line is not None else sheet.header_line
+    line = sheet.units_line if below and sheet.units_line is not None else sheet.named_at
     asked = _asked_unit(quantity, reading)
 
     def fault(message: str, advice: str, choice: Choice | None = None) -> tuple[Fault, float]:
@@ -315,7 +315,7 @@ def of_a_direction(sheet: Sheet, index: int, unit: str) -> list[Fault]:
     if other is None:
         return []
     message = f'column "{name}" has no unit: "{name[-len(unit) :]}" may be the direction, as in "{other}"'
-    return [Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=units_to_say("force"))]
+    return [Fault(message, sheet.text.path, sheet.named_at, index + 1, advice=units_to_say("force"))]
 
 
 def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, reading: Reading) -> bool:

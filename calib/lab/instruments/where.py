@@ -61,7 +61,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
                 Fault(
                     f'no column "{wanted}" to choose rows by; the columns are {there}',
                     sheet.text.path,
-                    sheet.header_line or None,
+                    sheet.named_at,
                     advice="Name it as it is written, or by its number: --where 2=...",
                 )
             )
@@ -88,7 +88,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
                     f'column "{name}" tells no records apart: it holds {len(set(cells))} values in {len(cells)} rows, '
                     f'and "{value}" in {int(here.sum())} of them',
                     sheet.text.path,
-                    sheet.header_line or None,
+                    sheet.named_at,
                     column + 1,
                     advice="Name the column whose value is the same in all rows of a press, or correct the header",
                 )

@@ -78,8 +78,6 @@ def test_a_line_of_words_among_them_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "prefix",
     [
-        lambda i: f"I ({i}) ",  # no source
-        lambda i: f"[{i}][F] ",
         lambda i: f"Force ({i}) N: ",
         lambda i: "INFO:rig:" if i % 3 == 0 else "",  # of some lines alone
     ],
@@ -87,6 +85,14 @@ def test_a_line_of_words_among_them_is_told(tmp_path: Path) -> None:
 def test_what_is_no_prefix_of_a_logger_is_not_taken_off(tmp_path: Path, prefix: Prefix) -> None:
     with pytest.raises(InputError):
         read(tmp_path, prefix)
+
+
+@pytest.mark.parametrize("prefix", [lambda i: f"I ({i}) ", lambda i: f"[{i}][F] "])
+def test_a_number_in_a_prefix_of_no_logger_is_a_column_of_its_own(tmp_path: Path, prefix: Prefix) -> None:
+    table = read(tmp_path, prefix)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=6e-5)
+    assert "time" not in table.columns
+    assert any(unread.what.startswith("column 1 ") for unread in table.unread)
 
 
 def test_a_table_with_a_line_of_a_logger_above_is_read_as_it_was(tmp_path: Path) -> None:
