@@ -330,7 +330,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
-    faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
+    faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable, reading)]
     still = stalled(sheet, columns, usable, reading)
     if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
         raise InputError(faults)

@@ -1,0 +1,77 @@
+"""What shows that the rows of a record are not in the order in which they were read, and that rows in order are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from turning_press import DIGITS, HEADS
+from uneven_presses import DRIVES, uneven
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, observe, read_lab_file
+from models.sensor import FloatArray
+
+SORTED = "the rows are in the order of column .* mixes loading with unloading"
+
+
+def _press(n: int = 150, hold: int = 0, cycles: int = 1, noise: float = 0.002, gap: float = 0.013) -> dict[str, FloatArray]:
+    """A press there and back, of which the load on the way back is lower by up to `gap` [N], and the capacitance as well."""
+    rng = np.random.default_rng(1)
+    down = np.linspace(0, 0.88, n)
+    place = np.tile(np.concatenate([down, np.full(hold, down[-1]), down[::-1]]), cycles)
+    back = np.tile(np.concatenate([np.zeros(n + hold), np.ones(n)]), cycles)
+    depth = np.clip(place - 0.08, 0, None) / 0.8
+    lower = back * 4 * depth * (1 - depth)
+    force = 0.86 * depth**1.5 - gap * lower + rng.normal(0.004, noise, place.size)
+    capacitance = 97 + 1.9 * depth**1.2 - 2 * gap * lower + rng.normal(0, 0.001, place.size)
+    columns = {"displacement": place, "force": force, "capacitance": capacitance}
+    return {q: np.round(v, DIGITS[q]) for q, v in columns.items()}
+
+
+def _read(folder: Path, columns: dict[str, FloatArray], reading: Reading | None = None) -> LabTable:
+    path = folder / "press.csv"
+    rows = [",".join(f"{v[i]:.{DIGITS[q]}f}" for q, v in columns.items()) for i in range(len(next(iter(columns.values()))))]
+    path.write_text("\n".join([",".join(HEADS[q] for q in columns), *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("shape", [{}, {"hold": 40}, {"cycles": 3}, {"noise": 0.0005}, {"noise": 0.004}, {"gap": 0.1}])
+@pytest.mark.parametrize("by", ["displacement", "force", "capacitance"])
+def test_rows_without_a_clock_that_were_sorted_are_refused(
+    tmp_path: Path, by: str, shape: dict[str, float], backwards: bool
+) -> None:
+    columns = _press(**shape)  # type: ignore[arg-type]
+    order = np.argsort(-columns[by] if backwards else columns[by], kind="stable")
+    with pytest.raises(InputError, match=SORTED):
+        _read(tmp_path, {q: v[order] for q, v in columns.items()})
+
+
+def test_rows_that_are_said_to_be_in_order_are_read(tmp_path: Path) -> None:
+    columns = _press()
+    order = np.argsort(columns["displacement"], kind="stable")
+    columns = {q: columns[q][order] for q in ("displacement", "force")}
+    with pytest.raises(InputError, match="say it once more: --units force=N"):
+        _read(tmp_path, columns)
+    table = _read(tmp_path, columns, Reading(units={"force": "N"}))
+    np.testing.assert_allclose(table.columns["force"], columns["force"])
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_rows_in_order_without_a_clock_are_read(tmp_path: Path, drive: str) -> None:
+    for seed in range(6):
+        columns = {q: v for q, v in uneven(drive, seed).columns.items() if q != "time"}
+        top = int(np.argmax(np.abs(columns["displacement"]))) + 1
+        for rows in (slice(None), slice(top)):
+            seen = observe(_read(tmp_path, {q: v[rows] for q, v in columns.items()}))
+            assert np.sum(seen.used) >= 5
+
+
+def test_a_channel_that_is_written_in_several_rows_and_a_coarse_place_are_no_sorted_rows(tmp_path: Path) -> None:
+    columns = {q: v[:150] for q, v in _press(noise=0.0005).items()}
+    slow = columns | {q: np.repeat(columns[q][::2], 2) for q in ("capacitance",)}
+    coarse = columns | {"displacement": np.repeat(columns["displacement"][::2], 2)}
+    for one in (slow, coarse):
+        assert set(observe(_read(tmp_path, one)).branch) == {"loading"}
