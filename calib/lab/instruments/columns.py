@@ -66,6 +66,7 @@ from calib.lab.instruments.unit_choice import (
     weight_in_words,
     words_against,
 )
+from calib.lab.instruments.upside_down import upside_down
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words
 from calib.lab.instruments.where import only_rows, rows_asked
@@ -313,6 +314,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
         faults += implausible(sheet, values, places, reading)
+    faults = faults or upside_down(sheet, columns, values, reading)
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told

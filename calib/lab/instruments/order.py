@@ -82,6 +82,7 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
                 continue
             if is_confirmed(sheet, other.index, other.heading, other.factor, reading):
                 continue
+            quantity = IN_PLACE_OF.get(other.quantity, other.quantity)
             unit = unit_in_words(sheet, other.index, other.heading, reading)
             message = (
                 f'the rows are in the order of column "{sheet.names[by.index]}", and "{sheet.names[other.index]}" goes to and '
@@ -89,7 +90,7 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
             )
             advice = (
                 "Export them in the order in which they were read, best with their time; or the loading rows alone; if they "
-                f"are in that order, let the header name the unit and say it once more: --units {IN_PLACE_OF.get(other.quantity, other.quantity)}={unit}"
+                f"are in that order, let the header name the unit and say it once more: --units {quantity}={unit}"
             )
             return [Fault(message, sheet.text.path, int(sheet.lines[rows[0]]), by.index + 1, advice=advice)]
     return []

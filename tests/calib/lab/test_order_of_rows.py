@@ -11,6 +11,7 @@ from uneven_presses import DRIVES, uneven
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, observe, read_lab_file
+from calib.lab.quality import judge
 from models.sensor import FloatArray
 
 SORTED = "the rows are in the order of column .* mixes loading with unloading"
@@ -28,6 +29,12 @@ def _press(n: int = 150, hold: int = 0, cycles: int = 1, noise: float = 0.002, g
     capacitance = 97 + 1.9 * depth**1.2 - 2 * gap * lower + rng.normal(0, 0.001, place.size)
     columns = {"displacement": place, "force": force, "capacitance": capacitance}
     return {q: np.round(v, DIGITS[q]) for q, v in columns.items()}
+
+
+def _timed(**shape: float) -> dict[str, FloatArray]:
+    """The same with a time in front."""
+    columns = _press(**shape)  # type: ignore[arg-type]
+    return {"time": 0.05 * np.arange(columns["force"].size, dtype=np.float64), **columns}
 
 
 def _read(folder: Path, columns: dict[str, FloatArray], reading: Reading | None = None) -> LabTable:
@@ -75,3 +82,52 @@ def test_a_channel_that_is_written_in_several_rows_and_a_coarse_place_are_no_sor
     coarse = columns | {"displacement": np.repeat(columns["displacement"][::2], 2)}
     for one in (slow, coarse):
         assert set(observe(_read(tmp_path, one)).branch) == {"loading"}
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "force", "capacitance"])
+@pytest.mark.parametrize("block", [(40, 90), (160, 250), (70, 110)])
+def test_a_block_that_was_pasted_upside_down_is_refused_with_its_lines(
+    tmp_path: Path, quantity: str, block: tuple[int, int]
+) -> None:
+    columns, (first, end) = _timed(), block
+    columns[quantity][first:end] = columns[quantity][first:end][::-1].copy()
+    with pytest.raises(InputError, match=f"lines {first + 2} to {end + 1} seem to stand in reversed order") as caught:
+        _read(tmp_path, columns)
+    (fault,) = caught.value.faults
+    unit = {"displacement": "mm", "force": "N", "capacitance": "pF"}[quantity]
+    assert f"--units {quantity}={unit}" in fault.advice
+    if quantity == "capacitance":
+        assert "capacitance" not in _read(tmp_path, columns, Reading(columns={"capacitance": "none"})).columns
+
+
+def test_a_block_across_the_turn_shows_where_the_ways_are_apart(tmp_path: Path) -> None:
+    columns = _timed(gap=0.1)
+    columns["force"][100:200] = columns["force"][100:200][::-1].copy()
+    with pytest.raises(InputError, match="lines 102 to 201 seem to stand in reversed order"):
+        _read(tmp_path, columns)
+
+
+def test_a_load_that_slips_and_builds_up_again_is_no_block_upside_down(tmp_path: Path) -> None:
+    columns = _timed()
+    saw = np.zeros(300)
+    saw[60:80] = -0.15 + np.arange(20) * 0.15 / 20
+    saw[80:100] = saw[60:80]
+    columns["force"] = np.round(columns["force"] + saw, 4)
+    table = _read(tmp_path, columns)
+    assert np.sum(observe(table).used) > 50
+
+
+def _leaps(folder: Path, columns: dict[str, FloatArray]) -> list[tuple[str, str]]:
+    return [(g.channel, g.level) for g in judge(observe(_read(folder, columns))) if g.check == "leap"]
+
+
+def test_two_presses_that_were_joined_are_told_where_they_meet(tmp_path: Path) -> None:
+    one, other = _timed(), _timed()
+    assert not _leaps(tmp_path, one)
+    kept = np.r_[0:70, 90:300]
+    cut = {q: v[kept] for q, v in one.items()} | {"time": 0.05 * np.arange(kept.size)}
+    assert not _leaps(tmp_path, cut)
+    joined = cut | {"force": np.where(np.arange(kept.size) < 70, cut["force"], 1.3 * cut["force"])}
+    assert ("force", "bad") in _leaps(tmp_path, joined)
+    other["force"][150:] *= 0.8
+    assert _leaps(tmp_path, other) == [("force", "warning")]
