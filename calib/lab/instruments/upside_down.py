@@ -25,6 +25,8 @@ _NOISES, _SHARE, _STEPS, _BESIDE, _MOST = 8.0, 0.01, 2.0, 9, 60
 _GOES_ON, _OF_STEP, _FARTHER = 4.0, 0.5, 2.5
 # Another channel leaps by less than such a share of its range where this one does, and goes with it outside of the block.
 _SHOWS, _GOES_WITH = 0.3, 0.5
+# Over so many readings on either side of a leap it does not turn, by such a share of its range.
+_NEAR, _STILL = 4, 0.005
 # It moves by such a share of its range within the block, and ends by such a share of that from where it began, or comes back.
 _MOVES, _NET = 0.1, 0.3
 
@@ -90,7 +92,11 @@ def _block(y: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | Non
             ahead, behind = float(np.median(steps[i - 5 : i])), float(np.median(steps[j + 1 : j + 6]))
             near = _GOES_ON * noise + _OF_STEP * max(abs(ahead), abs(behind))
             across = abs(y[j] - y[i] - ahead), abs(y[i + 1] - y[j + 1] + behind)
-            if max(across) < near and min(abs(off[i]), abs(off[j])) > _FARTHER * near and _contrary(y, i, j, others):
+            if (
+                max(across) < near
+                and min(abs(off[i]), abs(off[j])) > _FARTHER * near
+                and _contrary(y, i, j, others, alone=at.size == 2)
+            ):
                 return i + 1, j
     return None
 
@@ -105,14 +111,20 @@ def _shown(at: IntArray, off: FloatArray, span: float, others: Sequence[FloatArr
     return seen
 
 
-def _contrary(y: FloatArray, i: int, j: int, others: Sequence[FloatArray]) -> bool:
-    """Whether all other channels move over a block, and as it would if it were put round."""
+def _contrary(y: FloatArray, i: int, j: int, others: Sequence[FloatArray], *, alone: bool) -> bool:
+    """Whether all other channels go on at the ends of a block, and move over it as it would if it were put round."""
     outside = np.concatenate([np.arange(i + 1), np.arange(j + 1, y.size)])
     for other in others:
         with_it = float(np.corrcoef(y[outside], other[outside])[0, 1]) if np.ptp(other[outside]) > 0 else 0.0
         moved, net = float(np.ptp(other[i : j + 2])), float(other[j + 1] - other[i])
         if abs(with_it) < _GOES_WITH or moved < _MOVES * float(np.ptp(other)):
             return False
+        still = _STILL * float(np.ptp(other))
+        ways = [(other[e] - other[e - _NEAR], other[e + 1 + _NEAR] - other[e + 1]) for e in (i, j)]
+        if any(ahead * behind < 0 and min(abs(ahead), abs(behind)) > still for ahead, behind in ways):
+            return False  # a press may leap by itself where the ball turns
+        if abs(net) <= _NET * moved and not alone:
+            return False  # what comes back in each of several cycles
         if abs(net) > _NET * moved and net * with_it * (y[i + 1] - y[i]) < 0:
             return False
     return True
