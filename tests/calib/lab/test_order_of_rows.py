@@ -131,3 +131,26 @@ def test_two_presses_that_were_joined_are_told_where_they_meet(tmp_path: Path) -
     assert ("force", "bad") in _leaps(tmp_path, joined)
     other["force"][150:] *= 0.8
     assert _leaps(tmp_path, other) == [("force", "warning")]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("rows", [150, 300])
+def test_a_drift_larger_than_the_press_is_no_clear_sign(tmp_path: Path, rows: int, sense: float) -> None:
+    columns = {q: v[:rows].copy() for q, v in _timed().items()}
+    passed = columns["time"] / columns["time"][-1]
+    shape = passed if rows == 150 else 1 - np.exp(-passed / 0.2)
+    columns["force"] = np.round(sense * (columns["force"] - 3 * 0.86 * shape), 4)
+    columns["displacement"] = sense * columns["displacement"]
+    with pytest.raises(InputError, match="it cannot be told which way compression is in force") as caught:
+        observe(_read(tmp_path, columns))
+    said = "compression positive" if sense > 0 else "compression negative"
+    assert f'--sign "force={said}"' in str(caught.value)
+    seen = observe(_read(tmp_path, columns, Reading(sign={"force": said, "displacement": said})))
+    assert {d.factor for d in seen.signs.values()} == {sense}
+
+
+def test_a_sign_stays_clear_under_a_drift_that_the_press_outweighs(tmp_path: Path) -> None:
+    for rows, size in ((150, 0.3), (300, -0.5), (300, 1.5)):
+        columns = {q: v[:rows].copy() for q, v in _timed().items()}
+        columns["force"] = np.round(columns["force"] + size * 0.86 * columns["time"] / columns["time"][-1], 4)
+        assert observe(_read(tmp_path, columns)).signs["force"].factor == 1
