@@ -554,7 +554,9 @@ def test_side_cells_of_the_names_that_speak_of_the_readings_are_asked_about(
     blank = [[*row, *[None] * (gap + 2)] for row in ROWS]
     for path in (as_book(tmp_path / "a.xlsx", {"Data": rows}), as_csv(tmp_path / "a.csv", [rows[0], *blank])):
         said = refusal(path)
-        assert f'"{words}" and "{value}" beside the names' in said and "--units force=N" in said and other in said
+        assert f'"{words}" and "{value}" beside the names' in said
+        assert "--units force=N" in said
+        assert other in said
         for unit, size in (("N", 1.0), (other, factor)):
             table = read_lab_file(path, Reading(units={"force": unit}))
             np.testing.assert_allclose(table.columns["force"], FORCE * size, rtol=1e-9)

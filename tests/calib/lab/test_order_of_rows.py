@@ -154,3 +154,36 @@ def test_a_sign_stays_clear_under_a_drift_that_the_press_outweighs(tmp_path: Pat
         columns = {q: v[:rows].copy() for q, v in _timed().items()}
         columns["force"] = np.round(columns["force"] + size * 0.86 * columns["time"] / columns["time"][-1], 4)
         assert observe(_read(tmp_path, columns)).signs["force"].factor == 1
+
+
+def _with_last_rows(folder: Path, columns: dict[str, FloatArray], last: list[str], blank: bool) -> LabTable:
+    """The record with the largest or the smallest of each column below it."""
+    drawn = {"max": np.max, "min": np.min}
+    _read(folder, columns)
+    path = folder / "press.csv"
+    rows = [",".join(f"{drawn[what](v):.{DIGITS[q]}f}" for q, v in columns.items()) for what in last]
+    path.write_text(path.read_text() + "\n" * blank + "\n".join(rows) + "\n")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize("blank", [False, True])
+@pytest.mark.parametrize("last", [["max"], ["max", "min"], ["min", "max"]])
+@pytest.mark.parametrize("clock", [False, True])
+def test_rows_of_the_largest_and_the_smallest_of_all_columns_are_no_readings(
+    tmp_path: Path, last: list[str], blank: bool, clock: bool
+) -> None:
+    columns = _timed() if clock else _press()
+    table = _with_last_rows(tmp_path, columns, last, blank)
+    words = {"max": "a row of results: the maximum of the rows above", "min": "a row of results: the minimum of the rows above"}
+    assert [r for r in table.reasons if r] == [words[what] for what in last]
+    assert any(f"{len(last)} row(s) at the end are left out" in note for note in table.notes)
+    assert observe(table).n_cycle == 1
+
+
+@pytest.mark.parametrize("clock", [False, True])
+def test_a_record_that_ends_at_its_largest_readings_keeps_them(tmp_path: Path, clock: bool) -> None:
+    for rows in (slice(0, 150), slice(0, 151), slice(0, 150, 15), slice(0, 150, 5)):
+        columns = {q: v[rows] for q, v in (_timed(noise=0.0) if clock else _press(noise=0.0)).items()}
+        assert not any(_read(tmp_path, columns).reasons)
+    jump = np.r_[0:20, 149]  # at rest, and then the peak at once
+    assert not any("results" in why for why in _read(tmp_path, {q: v[jump] for q, v in _press().items()}).reasons)
