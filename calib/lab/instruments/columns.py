@@ -20,6 +20,7 @@ from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.conventions import conventions
+from calib.lab.instruments.disowned import disowned_in
 from calib.lab.instruments.even_steps import even_steps
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
@@ -277,6 +278,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     notes += notes_on_press(sheet, {*choice.chosen, *reading.columns}, unread)
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
     told, remarks = remarks_on_scale(sheet, places, factors, reading)
+    named = {c.quantity: (sheet.name_for_asking(c.index), c.index) for c in columns}
+    remarks += disowned_in(sheet.lines_around.items(), named, reading, sheet.text.path)
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     again = pasted_rows(values) if not faults else {}
