@@ -187,3 +187,17 @@ def test_a_record_that_ends_at_its_largest_readings_keeps_them(tmp_path: Path, c
         assert not any(_read(tmp_path, columns).reasons)
     jump = np.r_[0:20, 149]  # at rest, and then the peak at once
     assert not any("results" in why for why in _read(tmp_path, {q: v[jump] for q, v in _press().items()}).reasons)
+
+
+@pytest.mark.parametrize("but", ["capacitance", ""])
+def test_rows_of_a_lost_sign_and_of_a_tenth_in_one_record_have_a_way_out(tmp_path: Path, but: str) -> None:
+    columns = {q: v for q, v in _timed().items() if q != but}
+    columns["force"][60:66] *= -1
+    columns["force"][100:106] /= 10
+    rows = np.arange(300)
+    for first, last in ((100, 105), (60, 65)):
+        with pytest.raises(InputError, match=f"or remove lines {first + 2} to {last + 2}, which are then missing"):
+            _read(tmp_path, {q: v[rows] for q, v in columns.items()})
+        rows = rows[(rows < first) | (rows > last)]
+    table = _read(tmp_path, {q: v[rows] for q, v in columns.items()})
+    assert not any(table.reasons)
