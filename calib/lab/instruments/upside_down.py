@@ -50,6 +50,8 @@ def upside_down(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
             continue
         own, quantity = values[column.quantity], IN_PLACE_OF.get(column.quantity, column.quantity)
         rows = np.flatnonzero(np.isfinite(own))
+        if rows.size < _FEWEST or not _leaps(own[rows], np.diff(own[rows])):
+            continue
         beside = [values[q] for q in SMOOTH if q in values and IN_PLACE_OF.get(q, q) != quantity]
         there = [np.flatnonzero(np.isfinite(other)) for other in beside]
         others = [np.interp(rows, at, other[at]) for at, other in zip(there, beside, strict=True) if at.size]
@@ -76,6 +78,8 @@ def upside_down(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
 def _block(y: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | None:
     """The first and the last reading of a block that stands in reversed order; None if there is none."""
     steps = np.diff(y)
+    if not _leaps(y, steps):
+        return None
     usual = median_filter(steps, size=_BESIDE, mode="nearest")
     off = steps - usual
     noise = max(min(noise_of(y), noise_of(y, 3)), least_apart(y) / 2)
@@ -99,6 +103,11 @@ def _block(y: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | Non
             ):
                 return i + 1, j
     return None
+
+
+def _leaps(y: FloatArray, steps: FloatArray) -> bool:
+    """Whether two steps may be ends of a block, which is told at once of most columns."""
+    return bool(np.count_nonzero(np.abs(steps) > _SHARE * float(np.ptp(y)) / 2) > 1)
 
 
 def _shown(at: IntArray, off: FloatArray, span: float, others: Sequence[FloatArray]) -> BoolArray:
