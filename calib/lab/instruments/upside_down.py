@@ -132,7 +132,8 @@ def _contrary(y: FloatArray, i: int, j: int, others: Sequence[FloatArray], *, al
         ways = [(other[e] - other[e - _NEAR], other[e + 1 + _NEAR] - other[e + 1]) for e in (i, j)]
         if any(ahead * behind < 0 and min(abs(ahead), abs(behind)) > still for ahead, behind in ways):
             return False  # a press may leap by itself where the ball turns
-        if abs(net) <= _NET * moved and not alone:
+        again = sum(ways[0]) * sum(ways[1]) >= 0
+        if abs(net) <= _NET * moved and (again or not alone):
             return False  # what comes back in each of several cycles
         if abs(net) > _NET * moved and net * with_it * (y[i + 1] - y[i]) < 0:
             return False
