@@ -28,8 +28,9 @@ from calib.lab.evidence import (
     words_for,
 )
 from calib.lab.instruments import LabTable, says_sense
+from calib.lab.linear import slope_and_error
 from calib.lab.shape import NOTHING, Shape, at_the_end_of_its_range, calm, shape_of, steady
-from calib.lab.signal import excursion, reading_noise, reversals
+from calib.lab.signal import excursion, reading_noise, resolution, reversals
 from models.sensor import BoolArray, FloatArray
 
 #: What may be said of the sign of a quantity (`Reading.sign`), and the factor that makes compression positive.
@@ -54,6 +55,8 @@ _TOGETHER = 0.5
 _ONE_WAY, _FEWEST = 0.9, 8
 # Of the change by a drift, what a press under it is at least: where an adhesive ball comes off, the load jumps by less.
 _OUTWEIGHED = 0.5
+# Rows out of contact that tell a drift of the load, in which a capacitance stays within so many noises; the sd of a drift.
+_FEWEST_OUT, _STANDS_STILL, _SURE = 8, 4.0, 5.0
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
 
 # Share of its range by which a force that was sorted goes on as the ball goes there, and as it goes back, and by which it
@@ -177,7 +180,8 @@ def _decide(
         end = of_end("force", x, y, press.first)
         sensed_by = of_capacitance(sensed["displacement"], "displacement", same)
         zero = of_zero(x, same)
-        decided = _together(table, press, steady(load), zero, end, sensed_by, said)
+        by_itself = _drifts(found, good, time) if sensed["displacement"] is not None else 0.0
+        decided = _together(table, press, steady(load), zero, end, sensed_by, said, by_itself)
         factor = decided["force"].factor
         if not set(SIGNED) <= set(said) and press.once and _goes_as_a_drift(x, factor * y, press.first * factor):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said], _DRIFT_AND_PRESS))
@@ -257,11 +261,12 @@ def _together(
     end: Sequence[Evidence],
     sensed: Sequence[Evidence],
     said: Mapping[str, float],
+    by_itself: float,
 ) -> dict[str, SignDecision]:
     """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other.
 
     `zero`, `end` and `sensed` are evidence on the sign of the force from the zero of the displacement, the last readings and a
-    capacitance.
+    capacitance; `by_itself` is what a drift makes of the force up to the turn [N], if that before contact goes on.
     """
     same = float(np.sign(press.slope))
     others = [*of_names(table, "force", 1.0), *of_names(table, "displacement", same), *sensed]
@@ -307,6 +312,13 @@ def _together(
     # A ball that sticks up to the end bends it, too, and what came before is flat beside that: only others tell that this is
     # a press, and what came before a retreat.
     doubt |= press.outdone and pressed and sum(e.weight * factor for e in others) < _SEEN
+    # A drift that began before contact and is larger than all that the force changes by hides a press of the other way, which
+    # the bend may show.
+    doubt |= (
+        evidence[1].weight * factor < 0
+        and abs(by_itself) > abs(press.first)
+        and min(by_itself * factor, by_itself * press.first) > 0
+    )
     # So does a place that is zero where the ball is deepest, unless force is seen to be flat, out of contact, at the other end.
     opposing = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
     evidence += opposing
@@ -321,6 +333,27 @@ def _together(
         "force": _decision("force", factor, strength, force),
         "displacement": _decision("displacement", same * factor, strength, place),
     }
+
+
+def _drifts(found: Mapping[str, FloatArray], good: BoolArray, time: FloatArray | None) -> float:
+    """What the force changes by up to the turn of the ball [N] if it goes on as before contact, of which a capacitance tells.
+
+    Out of contact a capacitance stands still, and so does a load, but for a drift; 0 where too few rows tell, or it rests.
+    """
+    columns = [found[q] for q in ("displacement", "force", "capacitance")]
+    rows = np.flatnonzero(good & np.all([np.isfinite(v) for v in columns], axis=0))
+    place, load, sensed = (v[rows] for v in columns)
+    clock = rows.astype(np.float64) if time is None or not np.all(np.isfinite(time[rows])) else time[rows]
+    few = max(5, min(_FEWEST_OUT, rows.size // 10))
+    left = np.abs(calm(sensed) - np.median(sensed[:few])) > _STANDS_STILL * max(reading_noise(sensed), resolution(sensed))
+    out = int(np.argmax(left))
+    turn = int(np.argmax(np.abs(calm(place) - place[0])))
+    if out < _FEWEST_OUT or turn <= out or np.ptp(clock[:out]) <= 0:
+        return 0.0
+    slope, error = slope_and_error(clock[:out], load[:out])
+    changes, unsure = slope_and_error(clock[:out], sensed[:out])
+    drifts = abs(slope) > _SURE * error and abs(changes) < _SURE * unsure
+    return float(slope * (clock[turn] - clock[0])) if drifts else 0.0
 
 
 def _by_capacitance(table: LabTable, sensed: Shape, said: Mapping[str, float]) -> SignDecision:

@@ -23,6 +23,8 @@ from models.sensor import FloatArray
 
 # Quantities whose zero is any, so that rows of one zero can be used.
 _ZEROED = ("displacement", "force")
+# Jumps of rows that come back.
+_THERE_AND_BACK = 2
 _OFFSET = "an offset, which ends as it began"
 
 
@@ -89,9 +91,13 @@ def another_zero(
         wrong = [j for j in sure if j.kind in (OVERFLOW, SCALED) and not j.back]
         if wrong:
             quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+            between = ""
+            if len(wrong) == _THERE_AND_BACK:
+                lines = int(sheet.lines[wrong[0].row]), int(sheet.lines[wrong[1].last])
+                between = f"or remove lines {lines[0]} to {lines[1]}, which are then missing; "
             advice = (
-                "Save the rows before and behind it in files of their own, or export them from the instrument's own record; if "
-                f"the jump is real, let the header name the unit and say it once more: --units {quantity}=..."
+                "Save the rows before and behind it in files of their own, or export them from the instrument's own record; "
+                f"{between}if the jump is real, let the header name the unit and say it once more: --units {quantity}=..."
             )
             message, line = _in_words(sheet, column, wrong, values, reading), int(sheet.lines[wrong[0].row])
             told.faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))

@@ -20,6 +20,7 @@ from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
 from calib.lab.instruments.conventions import conventions
+from calib.lab.instruments.disowned import disowned_in
 from calib.lab.instruments.even_steps import even_steps
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
@@ -66,6 +67,7 @@ from calib.lab.instruments.unit_choice import (
     weight_in_words,
     words_against,
 )
+from calib.lab.instruments.upside_down import upside_down
 from calib.lab.instruments.validity import compares, said_bad
 from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words
 from calib.lab.instruments.where import only_rows, rows_asked
@@ -276,6 +278,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     notes += notes_on_press(sheet, {*choice.chosen, *reading.columns}, unread)
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
     told, remarks = remarks_on_scale(sheet, places, factors, reading)
+    named = {c.quantity: (sheet.name_for_asking(c.index), c.index) for c in columns}
+    remarks += disowned_in(sheet.lines_around.items(), named, reading, sheet.text.path)
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     again = pasted_rows(values) if not faults else {}
@@ -313,6 +317,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
         faults += implausible(sheet, values, places, reading)
+    faults = faults or upside_down(sheet, columns, values, reading)
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
@@ -330,7 +335,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
-    faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
+    faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable, reading)]
     still = stalled(sheet, columns, usable, reading)
     if faults := faults or still.faults or alternating(sheet, columns, usable, reading):
         raise InputError(faults)

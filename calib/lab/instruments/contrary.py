@@ -143,7 +143,7 @@ def unit_against(line: str, quantity: str, factor: float) -> str:
     if not others and not denied:
         return ""
     wrong = _WRONG.search(text) is not None
-    named = _names(text, quantity)
+    named = names_quantity(text, quantity)
     for unit in others:
         if _is_of_readings(text, unit, quantity, named=named, wrong=wrong) and not _is_converted(text, unit, kept):
             return unit.text
@@ -233,8 +233,14 @@ def _beginnings(quantity: str) -> tuple[str, ...]:
     return (*whole, *(n[:-1] for n in names if len(n) > 5 or (len(n) > 3 and not n.isascii())))
 
 
-def _names(text: str, quantity: str) -> bool:
-    """Whether a line names a quantity, in any of the languages and inflected as languages do."""
+def names_quantity(text: str, quantity: str) -> bool:
+    """Tell whether a line names a quantity, in any of the languages and inflected as languages do.
+
+    Parameters
+    ----------
+    text : of the line.
+    quantity : "force", "displacement", "capacitance" or "time".
+    """
     low = text.lower()
     if any(q == quantity and n in low for n, q in _by_name().items() if n > "\u2e80"):
         return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -17,10 +17,10 @@ from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric, numbers_in
 from calib.lab.instruments.sheet import OF_UNITS, Sheet
-from calib.lab.instruments.small_tables import in_small_table
-from calib.lab.instruments.stated import speaks_of_scale
+from calib.lab.instruments.small_tables import in_small_table, is_label
+from calib.lab.instruments.stated import quantity_of, speaks_of_scale, stated_factors
 from calib.lab.instruments.together import is_spread
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.validity import compares
 from calib.lab.instruments.where import asked_name, filled_down, listed_values
 from models.sensor import FloatArray
@@ -196,11 +196,47 @@ def remarks_on_scale(
                 which = f"--units {first}={unit_against(column[row], first, math.nan)}"
                 advice = f"If all rows are, say so: {which}, or the unit that is right; {advice[0].lower()}{advice[1:]}"
             faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice))
+    faults += _beside_the_names(sheet, used, factors, reading)
     more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
     notes = (
         [f"a small table beside the rows is left out, whose units are taken for its own: {labels[0]}{more}"] if labels else []
     )
     return notes, faults
+
+
+def _beside_the_names(sheet: Sheet, used: Mapping[str, int], factors: Mapping[str, float], reading: Reading) -> Iterator[Fault]:
+    """The faults of words beside the names of the columns, with a number or a unit behind them and no cell below either.
+
+    They are no names, but side cells that may speak of the readings, as those beside a row do.
+    """
+    alone = [
+        bool(name) and i not in used.values() and not any(map(str.strip, sheet.columns[i]))
+        for i, name in enumerate(sheet.names)
+    ]
+    for index in (i for i in range(len(alone) - 1) if alone[i] and alone[i + 1]):
+        words, value = sheet.names[index], sheet.names[index + 1]
+        if is_numeric(words) or not (is_numeric(value) or _is_unit(value)):
+            continue
+        named = quantity_of(words)
+        of = (
+            [named]
+            if named is not None and named in factors
+            else [q for q in factors if is_unit_of(value, IN_PLACE_OF.get(q, q))]
+        )
+        if is_numeric(value):
+            speaks = not is_label(words, value) and (speaks_of_scale(words) or bool(stated_factors([f"{words}: {value}"])))
+        else:
+            speaks = any(not math.isclose(lab_factor(value, q), factors[q]) for q in of if is_unit_of(value, q))
+        if not speaks or set(of) & set(reading.units):
+            continue
+        message = f'"{words[:60]}" and "{value[:20]}" beside the names may say that the readings are in another unit or range'
+        how = "write all rows in the unit that is right, and empty these cells"
+        if of:
+            q, unit = of[0], sheet.unit_written(used[of[0]])
+            other = f'"{q}={value} {unit}"' if is_numeric(value) else f"{q}={value}"
+            which = f"--units {q}={unit} if the header is right, --units {other} if these are"
+            how = f"say which unit the readings have: {which}; or {how}"
+        yield Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=how[0].upper() + how[1:])
 
 
 def _is_unit(cell: str) -> bool:

@@ -14,6 +14,7 @@ from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
 from calib.lab.instruments.designated import designated
+from calib.lab.instruments.disowned import disowned_in
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
@@ -158,6 +159,7 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         own = chosen[0] if chosen else parts[0]
         if own in faults:
             raise faults[own]
+        _heed_remarks(path, read[own], [part for part in parts if part not in records], reading)
         why = {
             part.title: "it is hidden" if part in records else few.get(part) or _why(part, faults.get(part))
             for part in parts
@@ -172,6 +174,17 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=..."
     )
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
+
+
+def _heed_remarks(path: Path, table: LabTable, others: Sequence[Part], reading: Reading) -> None:
+    """Refuse a record of whose columns another sheet without one, as of notes, says that they are not what they seem."""
+    names = {quantity: (name, -1) for quantity, name in table.sources.items()}
+    faults = []
+    for part in others:
+        lines = ((None, line.replace("\t", " ").strip()) for line in (part.text.lines if part.text is not None else ()))
+        faults += [_of(part, fault) for fault in disowned_in(lines, names, reading, path)]
+    if faults:
+        raise InputError(faults)
 
 
 _ANOTHER = "Give a file, or a sheet of it, that holds a record: export it again from the instrument's software"

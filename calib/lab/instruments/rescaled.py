@@ -399,6 +399,10 @@ def _makes_it(other: FloatArray, values: FloatArray, switch: _Switch) -> bool:
 # --- words -------------------------------------------------------------------------------------------------------------------
 
 
+# Switches of rows that come back.
+_THERE_AND_BACK = 2
+
+
 def _in_words(sheet: Sheet, column: ReadColumn, kept: Sequence[_Switch]) -> tuple[str, str]:
     cells = sheet.columns[column.index]
     first = kept[0]
@@ -410,9 +414,12 @@ def _in_words(sheet: Sheet, column: ReadColumn, kept: Sequence[_Switch]) -> tupl
         f'go on ("{cells[first.last].strip()}", then "{cells[first.row].strip()}": {first.words}){more}'
     )
     quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    back = ""
+    if len(kept) == _THERE_AND_BACK:
+        back = f"or remove lines {int(sheet.lines[first.row])} to {int(sheet.lines[kept[1].last])}, which are then missing; "
     advice = (
         "If a unit or a range was switched there, write all rows in one unit, or save the rows of each unit in a file of their "
-        "own; if the jump is real, let the header name the one unit and say it once more: "
+        f"own; {back}if the jump is real, let the header name the one unit and say it once more: "
         f"--units {quantity}=..."
     )
     return message, advice

@@ -19,6 +19,8 @@ _MOST, _FEWEST = 8, 12
 _ROUNDED = 1e-6
 #: Lines of results below a record at most.
 LINES_OF_RESULTS = 60
+# Last rows that leap so far, in steps of the rows above them, of which so many are looked at, and as a share of their range.
+_FEW_LAST, _SHOWN, _FAR, _OF_RANGE = 3, 200, 12.0, 0.3
 # Steps of the clock of a record that are none of the next reading.
 _STEPS = 5.0
 #: Results that only a row of results holds in all columns; the largest and the smallest of all may be a reading's, too.
@@ -28,8 +30,9 @@ _OF_NO_READING = ("mean", "sd", "median", "sum", "range")
 def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
     """Find rows at the end that are not of the record: behind a blank line time goes back, or they are results of those above.
 
-    Rows are results if each holds one statistic of every column of numbers, such as the mean, be it behind a blank line or
-    where time goes back; the largest and the smallest of all are such beside another alone, as the last of a press may be them.
+    Rows are results if each holds one statistic of every column of numbers, such as the mean, be it behind a blank line, where
+    time goes back, or where the ball leaps; the largest and the smallest of all are such only at no later time, or where the
+    ball leaps, as the last of a press may be them.
 
     Parameters
     ----------
@@ -47,17 +50,30 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
             (0.0, 1.0) if time is None else numbers_in(table.columns[time][first - 1 : first + 1], sheet.declared_decimal)
         )
         back = below < above
-        if not apart and not back:
-            continue
         rows = range(first, n_row)
+        leaps = _leaps(sheet, table, rows)
+        if not (apart or back or leaps):
+            continue
         found = _results(table, first, sheet.declared_decimal)
-        # The largest of all columns, at no later time than the row above, is no reading either.
-        earlier = apart and not below > above
+        # The largest of all columns, at no later time than the row above, is no reading either; nor is it where the ball leaps
+        # back to where all were the same before.
+        earlier = (apart or back or leaps) and not below > above if time is not None else leaps
         if len(found) == len(rows) and (earlier or any(what in _OF_NO_READING for what in found.values())):
             return {row: f"a row of results: the {found[row]} of the rows above" for row in rows}
         if apart and back:
             return dict.fromkeys(rows, "behind a blank line time goes back: no row of the record above")
     return {}
+
+
+def _leaps(sheet: Sheet, table: Table, rows: Sequence[int]) -> bool:
+    """Whether a column that is understood leaps to one of the last rows, by a dozen of its steps and much of its range."""
+    for index in sheet.headings if len(rows) <= _FEW_LAST else ():
+        above = numbers_in(table.columns[index][max(rows[0] - _SHOWN, 0) : rows[0]], sheet.declared_decimal)
+        steps = np.abs(np.diff(above[np.isfinite(above)]))
+        own = np.abs(np.diff(numbers_in(table.columns[index][rows[0] - 1 : rows[-1] + 1], sheet.declared_decimal)))
+        if steps.size and np.nanmax(own, initial=0.0) > max(_FAR * float(np.median(steps)), _OF_RANGE * float(np.ptp(above))):
+            return True
+    return False
 
 
 def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Sequence[int], keys: Sequence[int]) -> bool:

@@ -46,9 +46,9 @@ def in_small_table(sheet: Sheet, row: int, column: int, used: Collection[int]) -
     numbers = [c for c in others if is_numeric(c) or _WITH_UNIT.fullmatch(c)]
     if numbers:
         whole = all(c in numbers or looks_like_unit(c) for c in others)
-        return whole and _is_label(label, numbers[0])
+        return whole and is_label(label, numbers[0])
     below = cell(row + 1, column)
-    return is_numeric(below) and _is_label(cell(row, column), below)
+    return is_numeric(below) and is_label(cell(row, column), below)
 
 
 def _is_free(sheet: Sheet, column: int, used: Collection[int]) -> bool:
@@ -72,8 +72,13 @@ def _is_apart(sheet: Sheet, column: int, used: Collection[int]) -> bool:
     return len(block) > 1 and sparse and not block & set(used)
 
 
-def _is_label(label: str, value: str) -> bool:
-    """Whether a text is the label of a value, but for its unit no word on the rows."""
+def is_label(label: str, value: str) -> bool:
+    """Tell whether a text is the label of a value, but for its unit no word on the rows.
+
+    Parameters
+    ----------
+    label, value : the cells.
+    """
     match = _UNIT_BEHIND.fullmatch(label)
     unit = next(filter(None, (match["round"], match["square"], match["bare"])), "") if match is not None else ""
     plain = match["label"] if match is not None and looks_like_unit(unit) else label

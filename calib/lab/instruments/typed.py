@@ -22,15 +22,18 @@ from calib.lab.instruments.units import is_unit_of, lab_factor
 _OLDEST = 1950
 # Whole numbers from here on may be decimals whose mark a spreadsheet program took for one of thousands.
 _THOUSANDS = 100
+# Quantities beside the readings, of which an error takes no row; so many errors of a column are told one by one.
+_BESIDE = ("cycle", "frequency")
+_FEW = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Certain:
-    """A record whose cells are certain; `notes` on it; and for rows by line why they are not usable."""
+    """A record whose cells are certain; `notes` on it; and for rows by column and line why they are not usable."""
 
     sheet: Sheet
     notes: tuple[str, ...]
-    reasons: Mapping[int, str]
+    reasons: Mapping[int, Mapping[int, str]]
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     marks, told, doubts = _marks_of_texts(read, texts, reading)
     faults = [replace(fault, path=sheet.text.path) for fault in doubts]
     notes = [*told]
-    reasons: dict[int, str] = {}
+    reasons: dict[int, Mapping[int, str]] = {}
     for column in read:
         index = column.index
         found = [*_uncalculated(column, types), *_dates(column, types)]
@@ -93,8 +96,8 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
             units[index] = unit_shown
         faults += [replace(fault, path=sheet.text.path) for fault in found]
         columns[index], out = _left_out(replace(column, cells=cells), types)
-        for line, reason in out.items():
-            reasons[line] = f"{reasons[line]}; {reason}" if line in reasons else reason
+        if out and column.quantity not in _BESIDE:
+            reasons[index] = out
     if faults:
         raise InputError(capped(faults, "cells are in doubt"))
     units_line = sheet.units_line
@@ -126,15 +129,22 @@ def uncalculated_fault(part: Part) -> Fault | None:
 def with_reasons(table: LabTable, found: Certain) -> LabTable:
     """Put the reasons why rows are not usable, and the notes, into a table that was read.
 
+    A cell of a column that is not read takes no row.
+
     Parameters
     ----------
     table : of the record.
     found : what the types of its cells say.
     """
     reasons = list(table.reasons)
-    for row in np.flatnonzero(np.isin(table.lines, list(found.reasons))).tolist():
+    unread = {part.what.partition('"')[0].strip() for part in table.unread}
+    by_line: dict[int, list[str]] = {}
+    for index, own in found.reasons.items():
+        for line, reason in own.items() if f"column {index + 1}" not in unread else ():
+            by_line.setdefault(line, []).append(reason)
+    for row in np.flatnonzero(np.isin(table.lines, list(by_line))).tolist():
         others = [part for part in reasons[row].split("; ") if part and not part.startswith("empty cell")]
-        reasons[row] = "; ".join([*others, found.reasons[int(table.lines[row])]])
+        reasons[row] = "; ".join([*others, *by_line[int(table.lines[row])]])
     return replace(table, reasons=tuple(reasons), notes=(*table.notes, *found.notes))
 
 
@@ -332,9 +342,10 @@ def _left_out(column: _Column, types: CellTypes) -> tuple[Sequence[str], dict[in
             said = f' "{written[column.places[i]][:40]}"' if written[column.places[i]] else ""
             reasons[column.places[i][0]] = f"formula{said} among numbers in {address(column.places[i])}"
             cells[i] = ""
-    for place in column.places:
-        if place in types.errors:
-            reasons[place[0]] = f"error {types.errors[place]} in {address(place)}"
+    errors = [place for place in column.places if place in types.errors]
+    for place in errors:
+        where = address(place) if len(errors) <= _FEW else f"column {column_letters(column.index)}"
+        reasons[place[0]] = f"error {types.errors[place]} in {where}"
     return cells, reasons
 
 

@@ -6,6 +6,7 @@ from calib.catalogue import responds
 from calib.lab.observations import Observations
 from calib.lab.quality.contact import check_drift, check_load_zero, check_return, check_start
 from calib.lab.quality.grade import Grade
+from calib.lab.quality.leap import check_leap
 from calib.lab.quality.loading import loading_branch
 from calib.lab.quality.material import check_compliance, check_hysteresis, check_relaxation
 from calib.lab.quality.readings import (
@@ -51,7 +52,7 @@ def judge(
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
         grades += [check_size(c), check_resolution(c), check_clipping(obs, c)]
-        grades += [check_early(obs, c), check_late(obs, c), check_turn(obs, c)]
+        grades += [check_early(obs, c), check_late(obs, c), check_turn(obs, c), check_leap(obs, c)]
         grades += [check_start(obs, c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
         if not any(v is not None and v.check == "resolution of displacement" for v in grades):
             grades.append(check_place(c))

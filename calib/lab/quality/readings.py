@@ -10,10 +10,10 @@ from scipy.ndimage import median_filter
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
 from calib.lab.quality.grade import Grade, Level, level_beyond
+from calib.lab.quality.leap import leap_of
 from calib.lab.quality.loading import MANY_DIGITS, LoadingBranch, channel_values, longest_run
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL, resolution
-from models.sensor import FloatArray
 
 #: Readings in contact. Noise (sd) judged from the n - 4 degrees of freedom that a cubic leaves is uncertain by
 #: 1 / sqrt(2 (n - 4)): 12 % at 40 readings, which is also the number of points a channel is reduced to, and 25 % at 12.
@@ -37,8 +37,6 @@ LEVEL_PLACES = 3
 GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
 # Rows about the turn of a press.
 TURN = 5
-# A displacement leaps by so many of as many steps on either side, and so often at most.
-LEAP, LEAP_BESIDE, LEAPS = 12.0, 4, 2
 #: Travel on the way back, as a share of that in contact, after which a channel that still rises was not read then, and by how
 #: much it rises, as a share of its range: a meter is late by about half of what it averages over. The same of a channel that
 #: falls before the ball turns round, from that share of the travel before it on.
@@ -207,14 +205,21 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Grade | None:
         return None
     advice = "Readings are missing: look for a stop of the logger, or for rows deleted by hand."
     longest, travel = float(np.max(np.diff(time))), float(time[-1] - time[0])
-    leap = _leap(obs.displacement[branch]) if obs.displacement is not None else None
+    leap = leap_of(obs.displacement[branch]) if obs.displacement is not None else None
     if leap is not None and longest <= GAP_STEPS * usual:
         row, times = leap
         finding = (
             f"the displacement leaps by {times:.0f} times its usual step in line {int(obs.table.lines[first + row + 1])}, in a "
             "usual step of time"
         )
-        return c.grade("gap in time", "warning", longest, "s", finding, f"{advice} The times may have been numbered anew.")
+        return c.grade(
+            "gap in time",
+            "warning",
+            longest,
+            "s",
+            finding,
+            f"{advice} The times may have been numbered anew, or rows of two presses joined.",
+        )
     level = level_beyond(longest / travel, GAP, LARGE_GAP) if longest > GAP_STEPS * usual else "good"
     turn = _time_of_turn(obs, first, last, usual)
     where = "while loading"
@@ -236,21 +241,6 @@ def _time_of_turn(obs: Observations, first: int, last: int, usual: float) -> flo
         return 0.0
     *others, longest = sorted(np.nan_to_num(np.diff(obs.time[begin:end])).tolist())
     return longest if not others or others[-1] <= GAP_STEPS * usual else 0.0
-
-
-def _leap(x: FloatArray) -> tuple[int, float] | None:
-    """The row from 0 behind which a displacement leaps by dozens of the steps on both sides, and by how many; None if none.
-
-    On both sides it goes on evenly in the direction of the leap, which the steps of a staircase with rests do not, and it leaps
-    seldom, which a drive that goes by jerks does not.
-    """
-    steps = np.diff(x)
-    found = []
-    for k in np.flatnonzero(np.abs(steps) > LEAP * np.nanmedian(np.abs(steps))).tolist():
-        beside = np.concatenate([steps[k - LEAP_BESIDE : k], steps[k + 1 : k + 1 + LEAP_BESIDE]]) * np.sign(steps[k])
-        if k >= LEAP_BESIDE and beside.size == 2 * LEAP_BESIDE and np.all(beside > 0) and abs(steps[k]) > LEAP * np.max(beside):
-            found.append((k, abs(float(steps[k])) / float(np.median(beside))))
-    return found[0] if 0 < len(found) <= LEAPS else None
 
 
 def check_told_rows(obs: Observations, c: LoadingBranch) -> Grade | None:

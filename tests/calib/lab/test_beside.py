@@ -540,3 +540,31 @@ def test_comments_below_units_that_are_not_as_many_as_the_names_end_in_no_traceb
     rows = [",".join(map(str, row)) for row in ROWS]
     path.write_text("\n".join(["Time,Displacement,Force", units, "clock,stage,cell", *rows]) + "\n")
     assert refusal(path)
+
+
+@pytest.mark.parametrize("gap", [1, 2])
+@pytest.mark.parametrize(
+    ("words", "value", "other", "factor"),
+    [("factor force", 10, "10 N", 10.0), ("Kraft Faktor", 9.81, "9.81 N", 9.81), ("unit force", "mN", "mN", 1e-3)],
+)
+def test_side_cells_of_the_names_that_speak_of_the_readings_are_asked_about(
+    tmp_path: Path, gap: int, words: str, value: Any, other: str, factor: float
+) -> None:
+    rows = [[*NAMES, *[None] * gap, words, value], *ROWS]
+    blank = [[*row, *[None] * (gap + 2)] for row in ROWS]
+    for path in (as_book(tmp_path / "a.xlsx", {"Data": rows}), as_csv(tmp_path / "a.csv", [rows[0], *blank])):
+        said = refusal(path)
+        assert f'"{words}" and "{value}" beside the names' in said
+        assert "--units force=N" in said
+        assert other in said
+        for unit, size in (("N", 1.0), (other, factor)):
+            table = read_lab_file(path, Reading(units={"force": unit}))
+            np.testing.assert_allclose(table.columns["force"], FORCE * size, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("words", "value"),
+    [("ball radius (mm)", 5), ("Sample", 3), ("max force (mN)", 860), ("operator", "JB"), ("Cp (pF)", "Remark")],
+)
+def test_other_side_cells_of_the_names_are_named_alone(tmp_path: Path, words: str, value: Any) -> None:
+    assert_press(read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [[*NAMES, None, words, value], *ROWS]})))

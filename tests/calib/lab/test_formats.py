@@ -424,6 +424,26 @@ def test_cells_with_errors_make_their_rows_unusable_with_the_reason(tmp_path: Pa
     assert sum(map(bool, table.reasons)) == 2
 
 
+@pytest.mark.parametrize(
+    "name", ["Force 2 (N)", "Force corrected (N)", "Stiffness (N/mm)", "D", "Cycle", "Displacement 2 (mm)"]
+)
+@pytest.mark.parametrize("wrong", [slice(0, 30), slice(1, None, 2), slice(3, 8)])
+def test_an_error_in_a_column_that_is_not_read_takes_no_row(tmp_path: Path, name: str, wrong: slice) -> None:
+    cells: list[Any] = [0.5 + 0.001 * i for i in range(len(ROWS))]
+    cells[wrong] = [("=1/0", "#DIV/0!")] * len(cells[wrong])
+    rows = [(*HEADER, name), *((*row, cell) for row, cell in zip(ROWS, cells, strict=True))]
+    table = read_lab_file(new_workbook(tmp_path / "press.xlsx", {"Data": rows}))
+    assert not any(table.reasons)
+    assert np.isfinite(table.columns["force"]).all()
+
+
+def test_many_errors_of_one_column_are_told_together(tmp_path: Path) -> None:
+    rows: list[tuple[Any, ...]] = [HEADER, *ROWS]
+    rows[11:16] = [(*row[:2], ("=1/0", "#DIV/0!")) for row in rows[11:16]]
+    table = read_lab_file(new_workbook(tmp_path / "press.xlsx", {"Data": rows}))
+    assert {reason for reason in table.reasons if reason} == {"error #DIV/0! in column C"}
+
+
 def test_formulas_with_results_are_read(tmp_path: Path) -> None:
     rows = [HEADER, *((t, x, (f"=A{i}*1", f)) for i, (t, x, f) in enumerate(ROWS, 2))]
     assert_truth(read_lab_file(new_workbook(tmp_path / "press.xlsx", {"Data": rows})))
