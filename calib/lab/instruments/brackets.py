@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from itertools import pairwise
 
 from calib.lab.instruments.lexicon import (
     BOUNDS,
     COMMANDED,
     COMMANDED_BEGINNINGS,
     COMMANDED_ENDINGS,
+    NOT_NOW,
+    OTHER_ONE,
     REMARKS,
+    RUNS,
     STATISTIC,
+    WITH_REST,
     WITHOUT_BLANKS,
 )
-from calib.lab.instruments.meanings import meanings
+from calib.lab.instruments.meanings import meanings, plain_meanings
 from calib.lab.instruments.units import from_capitals, is_unit_of, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
@@ -131,6 +136,10 @@ _SENSE = re.compile(
     r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*"
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
+)
+# What is left of a way or a time, in more than one word.
+_LEFT = re.compile(
+    r"(?<![^\W_])(?:to go|dtg|to (?:the )?(?:target|goal|setpoint|end|limit)|(?:distance|time|way) left)(?![^\W_])"
 )
 # Where words are joined by their capitals: "TargetForce".
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
@@ -484,6 +493,32 @@ def no_record(text: str) -> str:
         if is_commanded(word):
             return f'"{word}" was commanded, not measured'
     return ""
+
+
+def not_now(text: str) -> str:
+    """Why a name or a bracket with such words may be of what is left to be done, or of another run; "" if it is not.
+
+    >>> not_now("Force to go"), not_now("Restweg"), not_now("Displacement last run")[:10], not_now("Old force")[:11]
+    ('"to go" may be what is left, or of another run', '"restweg" may be what is left, or of another run', '"last run"', '"old force"')
+    >>> not_now("Last (N)"), not_now("At rest"), not_now("Old rig")
+    ('', '', '')
+    """
+    said = words_in(_CAMEL.sub(" ", re.sub(r"[()\[\]]", " ", text)))
+    left = _LEFT.search(" ".join(said))
+    found = left[0] if left is not None else next((w for w in said if w.startswith(NOT_NOW) or _is_rest(w)), "")
+    pairs = [*pairwise(said)] if not found else []
+    of_runs = [(one, other) for one, other in pairs if one in OTHER_ONE and other.removesuffix("s") in RUNS]
+    of_names = [
+        (one, other)
+        for one, other in pairs
+        if (one in OTHER_ONE and any(plain_meanings(other))) or (other in OTHER_ONE and any(plain_meanings(one)))
+    ]
+    found = found or next((" ".join(pair) for pair in (*of_runs, *of_names)), "")
+    return f'"{found}" may be what is left, or of another run' if found else ""
+
+
+def _is_rest(word: str) -> bool:
+    return word.startswith("rest") and word.removeprefix("rest") in WITH_REST
 
 
 def is_commanded(word: str) -> bool:

@@ -199,10 +199,28 @@ DERIVED = _set(
 #: Words beside a name that is not understood that say that its readings are more, less or others than were measured.
 ALTERED = _set(
     "minus less plus above beyond excess increase gain growth rise times half halved double doubled twofold twice thrice "
-    "triple tripled two both ten hundred thousand tenth tenths hundredth hundredths thousandth thousandths amplified "
-    "attenuated uncal uncalibrated dummy previous remaining per abzüglich zuzüglich halbiert verdoppelt zweifach doppelt "
-    "verstärkt unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos "
-    "doble mitad décimas centésimas meno doppio metà decimi centesimi"
+    "triple tripled two both before after ref ten tens dozen dozens percent mille hundreds thousands hundred thousand "
+    "tenth tenths hundredth hundredths thousandth thousandths amplified attenuated uncal uncalibrated dummy previous "
+    "remaining per abzüglich zuzüglich avant après antes después halbiert verdoppelt zweifach doppelt verstärkt "
+    "unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos doble mitad "
+    "décimas centésimas meno doppio metà decimi centesimi"
+)
+#: How words begin of what is left to be done, or was at another time: `Remaining travel`, `Force précédente`.
+NOT_NOW = _stems(
+    "remaining remainder previous preceding verbleibend restlich vorherig vorangegangen restant précédent precedent anterior "
+    "rimanent resterend vorige voorgaand pozostał poprzedni zbývaj předchoz återstående föregående оставш предыдущ 剩余 剩餘 "
+    "上次 前回 残り 남은 이전"
+)
+#: What is left of it may be one word with "rest": `Restweg`, `Restzeit`.
+WITH_REST = _set("weg hub zeit strecke distanz abstand dauer verfahrweg fahrweg kraft last")
+#: Words that say so beside the name of a quantity or of a run: `Old force`, `Cp prev`, `Displacement last run`.
+OTHER_ONE = _set(
+    "last prev next old earlier letzte letzter letztes letzten nächste nächster nächstes alte alter altes dernier dernière "
+    "suivant suivante ancien ancienne último última ultimo ultima próximo próxima prossimo prossima"
+)
+RUNS = _set(
+    "run cycle test trial press measurement step value reading sample specimen versuch versuchs zyklus messung prüfung lauf "
+    "schritt wert essai mesure valeur ciclo ensayo medida medición valor prova misura valore"
 )
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
 RELATIVE = _set("rel relative relativ offset tared zeroed nulled removed subtracted baseline balanced")

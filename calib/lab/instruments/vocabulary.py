@@ -20,6 +20,7 @@ from calib.lab.instruments.brackets import (
     kind_of_unit,
     leading_factor,
     no_record,
+    not_now,
     parted,
     says_sense,
     tidy,
@@ -615,7 +616,9 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             return reason
     for bracket in written:
         clock = quantity == "time" and _CLOCK_FORM.fullmatch(bracket)
-        if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (reason := no_record(bracket)):
+        if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (
+            reason := not_now(bracket) or no_record(bracket)
+        ):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
     if unit is None and not (unit_doubt or unit_below) and name in _NAMES_OF_UNITS:
@@ -718,7 +721,7 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
         if re.search(pattern, name):
             return reason
     for text in (name, *brackets):
-        if not looks_like_unit(text) and (reason := no_record(text)):
+        if not looks_like_unit(text) and (reason := not_now(text) or no_record(text)):
             return reason
     if axis := other_axis(name):
         return f"axis {axis}: not used"

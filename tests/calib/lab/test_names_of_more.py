@@ -78,3 +78,38 @@ def test_words_of_more_less_or_another_are_no_record_by_their_unit_alone(tmp_pat
 def test_a_meter_that_shows_how_far_it_is_from_a_reference_shows_no_capacitance(tmp_path: Path, above: str) -> None:
     with pytest.raises(InputError, match="how far it is from a reference"):
         read(tmp_path, "Time (s)", "Weg (mm)", "Force (N)", "Cap (pF)", above=above)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Force to go (N)", 2),
+        ("Displacement last run (mm)", 1),
+        ("Force of previous cycle (N)", 2),
+        ("Remaining travel (mm)", 1),
+        ("distance_to_go_mm", 1),
+        ("Distance to target (mm)", 1),
+        ("Restweg (mm)", 1),
+        ("Verbleibender Weg (mm)", 1),
+        ("Kraft letzter Versuch (N)", 2),
+        ("Course restante (mm)", 1),
+        ("Fuerza anterior (N)", 2),
+        ("Old force (N)", 2),
+        ("Cp prev (pF)", 3),
+        ("Time to go (s)", 0),
+        ("Force (last run) (N)", 2),
+    ],
+)
+def test_what_is_left_or_of_another_run_is_no_record_of_this_one(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    assert ["time", "displacement", "force", "capacitance"][place] not in table.columns
+    assert any("may be what is left, or of another run" in str(of) for of in table.unread)
+
+
+@pytest.mark.parametrize(
+    "names", [("Zeit (s)", "Weg (mm)", "Last (N)", "C (pF)"), ("Temps (s)", "Course (mm)", "Last/Load (N)", "C (pF)")]
+)
+def test_a_load_that_is_called_last_is_one(tmp_path: Path, names: tuple[str, ...]) -> None:
+    assert read(tmp_path, *names).sources["force"] == names[2]
