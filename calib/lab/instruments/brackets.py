@@ -68,6 +68,15 @@ _SYMBOL_OF_CIRCUIT = re.compile(r"^(c)_([ps])(?![^\W_])", re.IGNORECASE)
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 # "in 10 mN", "en 10 N", "in 10^-2 N": a number before the unit behind a name is a factor.
 _BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
+# "100ths", "1/100ths", "hundredths of", "Zehntel", "centésimas de", "hundreds of": into how many parts a unit is cut, in words.
+_PARTS_OF_UNIT = re.compile(
+    r"(?<![\w.,])(?:1\s?/\s?)?(?:10{1,6}(?:ths|e?[mn]?t?els?|[eè]mes?|(?=s\b)s)|(?:ten|hundred|thousand|million)ths?|"
+    r"(?:zehn|zehntausend|hundert|hunderts|tausend|tausends|millions)tel|(?:dix|cent|mill|million)i[eè]mes?|"
+    r"(?:d[eé]cim|cent[eé]sim|mil[eé]sim|d[eé]cimos|millesim)(?:as?|os?|[oi])?|tienden?|honderdsten?|duizendsten?|"
+    r"dziesiąt\w+|setn\w+|tysięczn\w+|(?:tens|hundreds|thousands|dozens|zehner|hunderter|tausender|dizaines|centaines|milliers|"
+    r"decenas|centenas|miles|decine|centinaia|migliaia)|per ?mille|promille|percent|prozent)(?![\w.,]\w)(?!\w)",
+    re.IGNORECASE,
+)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
     r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
@@ -392,10 +401,14 @@ def factor_in(text: str) -> str:
     ('x1000', 'div10', 'gain 10', '')
     >>> factor_in("dev3456/imps/0/sample.param1"), factor_in("F/10")
     ('', '/10')
+    >>> factor_in("Load 100ths N"), factor_in("Kraft Hundertstel N"), factor_in("Force dixièmes de N"), factor_in("10th run")
+    ('100ths', 'Hundertstel', 'dixièmes', '')
     """
     if leading := leading_factor(text):
         return leading
     text = text.replace("_", " ")
+    if parts := _PARTS_OF_UNIT.search(text):
+        return parts[0]
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(
@@ -498,16 +511,20 @@ def no_record(text: str) -> str:
 def not_now(text: str) -> str:
     """Why a name or a bracket with such words may be of what is left to be done, or of another run; "" if it is not.
 
-    >>> not_now("Force to go"), not_now("Restweg"), not_now("Displacement last run")[:10], not_now("Old force")[:11]
-    ('"to go" may be what is left, or of another run', '"restweg" may be what is left, or of another run', '"last run"', '"old force"')
-    >>> not_now("Last (N)"), not_now("At rest"), not_now("Old rig")
-    ('', '', '')
+    >>> not_now("Force to go"), [not_now(text)[:10] for text in ("Restweg", "Displacement last run", "Old force")]
+    ('"to go" may be what is left, or of another run', ['"restweg" ', '"last run"', '"old force'])
+    >>> not_now("Last (N)"), not_now("Last Messung"), not_now("At rest"), not_now("Old rig")
+    ('', '', '', '')
     """
     said = words_in(_CAMEL.sub(" ", re.sub(r"[()\[\]]", " ", text)))
     left = _LEFT.search(" ".join(said))
     found = left[0] if left is not None else next((w for w in said if w.startswith(NOT_NOW) or _is_rest(w)), "")
     pairs = [*pairwise(said)] if not found else []
-    of_runs = [(one, other) for one, other in pairs if one in OTHER_ONE and other.removesuffix("s") in RUNS]
+    of_runs = [
+        (one, other)
+        for one, other in pairs
+        if (one in OTHER_ONE and other.removesuffix("s") in RUNS) and (one, other) != ("last", "messung")
+    ]
     of_names = [
         (one, other)
         for one, other in pairs

@@ -181,20 +181,27 @@ QUALIFIERS = _set(
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
     "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
     "expérimentale sperimentale expt real réel réelle reale effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste "
-    "rzeczywisty kompressive kompressiver kompressives"
+    "rzeczywisty kompressive kompressiver kompressives uncorrected unkorrigiert uncompensated unkompensiert unfiltered "
+    "ungefiltert roh rohwert rohwerte brute brut bruta bruto cruda crudo grezza grezzo"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
-    "tariert corrigé filtré subtracted removed net netto corr korr comp"
+    "tariert corrigé filtré subtracted removed net netto corr korr comp corrigée filtrée compensé compensée korrigierte "
+    "kompensiert kompensierte gefilterte geglättete corregido corregida corrigido corrigida compensado compensada corretto "
+    "corretta compensato compensata filtrado filtrada filtrato filtrata gecorrigeerd gecompenseerd skorygowana skorygowany"
 )
 #: Words of these by which readings have another level or scale, not another zero or less noise alone.
-CORRECTED = _set("corrected compensated adjusted korrigiert corrigé subtracted removed net netto corr korr comp")
+CORRECTED = _set(
+    "corrected compensated adjusted korrigiert corrigé subtracted removed net netto corr korr comp corrigée compensé compensée "
+    "korrigierte kompensiert kompensierte corregido corregida corrigido corrigida compensado compensada corretto corretta "
+    "compensato compensata gecorrigeerd gecompenseerd skorygowana skorygowany"
+)
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
     "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled "
     "predicted simulated theory theoretical error residual delta change diff difference offset baseline bias stray "
-    "parasitic open berechnet"
+    "parasitic open short berechnet"
 )
 #: Words beside a name that is not understood that say that its readings are more, less or others than were measured.
 ALTERED = _set(

@@ -113,3 +113,35 @@ def test_what_is_left_or_of_another_run_is_no_record_of_this_one(tmp_path: Path,
 )
 def test_a_load_that_is_called_last_is_one(tmp_path: Path, names: tuple[str, ...]) -> None:
     assert read(tmp_path, *names).sources["force"] == names[2]
+
+
+def read_both(folder: Path, first: str, second: str, shift: float, reading: Reading | None = None) -> LabTable:
+    """A press with two columns of a capacitance, the second of which is off by `shift` pF."""
+    rows = [f"{0.1 * k:.1f};{x};{0.5 * x**1.5:.4f};{8 + x * x:.4f};{8 + shift + x * x:.4f}" for k, x in enumerate(DEPTH)]
+    path = folder / "press.csv"
+    path.write_text("\n".join([f"Time (s);Weg (mm);Force (N);{first};{second}", *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("Cp raw (pF)", "Cp open/short corr. (pF)"),
+        ("Cp (pF)", "Cp open/short corr. (pF)"),
+        ("C_meas (pF)", "C_corr (pF)"),
+        ("Cp uncorrected (pF)", "Cp (pF)"),
+        ("Cp unkorrigiert (pF)", "Cp korrigiert (pF)"),
+        ("Cp brute (pF)", "Cp corrigée (pF)"),
+        ("Cp roh (pF)", "Cp (pF)"),
+    ],
+)
+def test_a_raw_capacitance_beside_a_corrected_one_is_a_choice_where_they_differ(
+    tmp_path: Path, first: str, second: str
+) -> None:
+    with pytest.raises(InputError, match="2 columns may be the capacitance"):
+        read_both(tmp_path, first, second, 0.3)
+    table = read_both(tmp_path, first, second, 0.3, Reading(columns={"capacitance": second}))
+    np.testing.assert_allclose(table.columns["capacitance"][0], 8.3e-12)
+    alike = read_both(tmp_path, first, second, 0.0)
+    np.testing.assert_allclose(alike.columns["capacitance"][0], 8e-12)
+    assert any("agrees with it" in note for note in alike.notes)
