@@ -146,6 +146,17 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
+# A word behind these, or called as a unit, is none: "Seconds of the hour", "seconds_of_hour", "Digital micrometer".
+_NO_UNIT = re.compile(
+    r"(?:(?<![^\W_])(?:of|per|by|from|since|after|der|des|pro|seit|del|della|dell|de|du|da|do|dans|par|por|le|la|l|el|il|the|a)"
+    r"[\s_'’]+[^\W\d_]{3,}|[^\W\d_][\s_]+mi[ck]rom(?:eter|etre|ètre|etro))$",
+    re.IGNORECASE,
+)
+# The unit before the whole that a time is of, or before what it is since.
+_OF_A_WHOLE = re.compile(
+    r"(?P<unit>[^\W\d_]+)[\s_]+(?:of|since|after|from|der|des|seit|del|della|dell|de|du|depuis|desde|dal|da|do)[\s_'’]",
+    re.IGNORECASE,
+)
 # What is left of a way or a time, in more than one word.
 _LEFT = re.compile(
     r"(?<![^\W_])(?:to go|dtg|to (?:the )?(?:target|goal|setpoint|end|limit)|(?:distance|time|way) left)(?![^\W_])"
@@ -506,6 +517,26 @@ def no_record(text: str) -> str:
         if is_commanded(word):
             return f'"{word}" was commanded, not measured'
     return ""
+
+
+def ends_without_unit(name: str) -> bool:
+    """Whether the last word of a name is none of its unit, be it one elsewhere: it stands behind "of", or is an instrument.
+
+    >>> [ends_without_unit(name) for name in ("Seconds of day", "Digital micrometer", "Depth micrometer (um)", "Force N")]
+    [True, True, False, False]
+    """
+    return _NO_UNIT.search(name.strip()) is not None
+
+
+def unit_of_a_whole(name: str) -> str:
+    """The unit of a time that is of a whole, or since something: "seconds" of "Seconds of day"; "" of any other name.
+
+    >>> [unit_of_a_whole(name) for name in ("Seconds of day", "ms_of_day", "Sekunden seit Mitternacht", "Time of day")]
+    ['seconds', 'ms', 'sekunden', '']
+    """
+    match = _OF_A_WHOLE.match(name.strip())
+    units = (match["unit"], match["unit"].lower()) if match is not None else ()
+    return next((unit for unit in reversed(units) if is_unit_of(unit, "time")), "")
 
 
 def not_now(text: str) -> str:

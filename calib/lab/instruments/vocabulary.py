@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
     LONGEST,
+    ends_without_unit,
     factor_in,
     index_in,
     is_factor,
@@ -24,6 +25,7 @@ from calib.lab.instruments.brackets import (
     parted,
     says_sense,
     tidy,
+    unit_of_a_whole,
     without_brackets,
     without_conditions,
     words_in,
@@ -338,6 +340,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
     tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
+    tail = tail or (unit_of_a_whole(outside) if quantity == "time" else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
@@ -562,7 +565,7 @@ def _bare(outside: str) -> str:
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
     match = _TAIL.match(_bare(outside)) if len(outside) <= LONGEST else None
-    if match is None or match["unit"] in _NO_TAIL:
+    if match is None or match["unit"] in _NO_TAIL or ends_without_unit(outside):
         return
     miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)
     if looks_like_unit(match["unit"]) or miscased:

@@ -145,3 +145,22 @@ def test_a_raw_capacitance_beside_a_corrected_one_is_a_choice_where_they_differ(
     alike = read_both(tmp_path, first, second, 0.0)
     np.testing.assert_allclose(alike.columns["capacitance"][0], 8e-12)
     assert any("agrees with it" in note for note in alike.notes)
+
+
+@pytest.mark.parametrize(
+    "name", ["Seconds of day", "seconds_of_hour", "Sekunden des Tages", "Secondes du jour", "sec since midnight"]
+)
+def test_the_unit_of_a_time_that_is_of_a_whole_is_the_first(tmp_path: Path, name: str) -> None:
+    names = (name, "Weg (mm)", "Force (N)", "C (pF)")
+    (note,) = [note for note in read(tmp_path, *names).notes if "no time is read" in note]
+    assert f"--units time={name.split('_')[0].split(' ')[0].lower()}" in note
+    for units in ({}, {"time": "s"}, {"time": note.rpartition("=")[2]}):
+        table = read(tmp_path, *names, reading=Reading(columns={"time": name}, units=units))
+        np.testing.assert_allclose(table.columns["time"], 0.1 * np.arange(N))
+
+
+def test_a_time_of_day_in_numbers_is_asked_for_its_unit(tmp_path: Path) -> None:
+    names = ("Time of day", "Weg (mm)", "Force (N)", "C (pF)")
+    assert any('"time=Time of day" --units time=s' in note for note in read(tmp_path, *names).notes)
+    with pytest.raises(InputError, match="has no unit"):
+        read(tmp_path, *names, reading=Reading(columns={"time": "Time of day"}))
