@@ -146,10 +146,10 @@ _SENSE = re.compile(
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
 )
-# A word behind these, or called as a unit, is none: "Seconds of the hour", "seconds_of_hour", "Digital micrometer".
+# A word behind these is no unit: "Seconds of the hour", "seconds_of_hour".
 _NO_UNIT = re.compile(
-    r"(?:(?<![^\W_])(?:of|per|by|from|since|after|der|des|pro|seit|del|della|dell|de|du|da|do|dans|par|por|le|la|l|el|il|the|a)"
-    r"[\s_'’]+[^\W\d_]{3,}|[^\W\d_][\s_]+mi[ck]rom(?:eter|etre|ètre|etro))$",
+    r"(?<![^\W_])(?:of|per|by|from|since|after|der|des|pro|seit|del|della|dell|de|du|da|do|dans|par|por|le|la|l|el|il|the|a)"
+    r"[\s_'’]+[^\W\d_]{3,}$",
     re.IGNORECASE,
 )
 # The unit before the whole that a time is of, or before what it is since.
@@ -520,10 +520,10 @@ def no_record(text: str) -> str:
 
 
 def ends_without_unit(name: str) -> bool:
-    """Whether the last word of a name is none of its unit, be it one elsewhere: it stands behind "of", or is an instrument.
+    """Whether the last word of a name is none of its unit, be it one elsewhere, as it stands behind "of".
 
-    >>> [ends_without_unit(name) for name in ("Seconds of day", "Digital micrometer", "Depth micrometer (um)", "Force N")]
-    [True, True, False, False]
+    >>> [ends_without_unit(name) for name in ("Seconds of day", "Force in newtons", "Force N")]
+    [True, False, False]
     """
     return _NO_UNIT.search(name.strip()) is not None
 

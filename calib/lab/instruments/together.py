@@ -27,6 +27,8 @@ _THEIR_PARTS = re.compile(r"(?:(?:tv|stamp)[ _.])?(?:[mun]secs?|nanosecs?)", re.
 _OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
 # A unit behind a stroke, as in "Weg/mm"; "/s" may be a rate, which no reading is.
 _BY_STROKE = re.compile(r"(?:[^/]*[\s_.-])?(?P<last>[^\W\d_]{3,}) ?/ ?(?P<unit>[^\W\d_]+)")
+# An instrument that is called as a unit: "Digital micrometer".
+_INSTRUMENT = re.compile(r"[^\W\d_][\s_]+mi[ck]rom(?:eter|etre|ètre|etro)$", re.IGNORECASE)
 _QUANTITIES = ("displacement", "force", "capacitance")
 
 
@@ -117,7 +119,7 @@ def unit_in(name: str) -> str:
     of_reading = by_stroke is not None and any(is_unit_of(by_stroke["unit"], quantity) for quantity in _QUANTITIES)
     if by_stroke is not None and of_reading and not looks_like_unit(by_stroke["last"]) and not are_counts(by_stroke["last"]):
         return by_stroke["unit"]
-    if ends_without_unit(name):
+    if ends_without_unit(name) or _INSTRUMENT.search(name):
         return inside[-1] if inside else ""
     tail = re.split(r"[\s_,:|]+", name)[-1:]
     return inside[-1] if inside else next((word for word in tail if looks_like_unit(word)), "")
