@@ -140,6 +140,8 @@ _CONDITION_WITHIN = re.compile(
 )
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
+# Minutes with seconds behind a comma, which is the decimal mark elsewhere: "(min,s)".
+_MINUTES_AND_SECONDS = re.compile(r"(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # "compression negative", "tension: +".
 _SENSE = re.compile(
     r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*"
@@ -371,7 +373,7 @@ def parted(bracket: str) -> tuple[str, ...]:
     >>> parted("N, tared"), parted("N; compression negative"), parted("8800 (0,1)"), parted("N, kN")
     (('N', 'tared'), ('N', 'compression negative'), ('8800 (0,1)',), ('N', 'kN'))
     """
-    match = _UNIT_AND_REMARK.fullmatch(bracket)
+    match = _UNIT_AND_REMARK.fullmatch(bracket) if not _MINUTES_AND_SECONDS.fullmatch(bracket) else None
     return (match["unit"], match["remark"]) if match is not None and looks_like_unit(match["unit"]) else (bracket,)
 
 

@@ -68,8 +68,8 @@ _CAPACITY = re.compile(
 )
 # What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
 _FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
-# How a time of day is written: "mm:ss:ff", "h:min:s".
-_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
+# How a time of day is written: "mm:ss:ff", "h:min:s", "min,s".
+_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}|(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # Of which run or specimen a column is, behind its unit: "Time (s) S1", "Force [N] run 2".
 _OF_A_RUN = re.compile(
     r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
