@@ -95,19 +95,27 @@ _LEADING = re.compile(
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
+#: What is said before how far an instrument reaches, for patterns in any case.
+RATED = (
+    r"capacity|nominal(?: load| force| capacity)?|rated(?: load| force| capacity)?|full[ -]?scale|fs|"
+    r"nenn(?:last|kraft|bereich)?|nom\.?|nominale|nominell|vollausschlag|étendue|capacité|capacidad|capacità|portata|portée|"
+    r"pleine échelle|fondo scala|fondo escala"
+)
 # The range of an instrument or the frequency of a meter: "500 N", "0-5 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
     r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?"
-    r"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |capacity )?"
+    rf"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |(?i:{RATED})[ :=]{{0,2}})?"
     r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
-# At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
+# At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
-    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|pp|p-p|ac|dc))?)(?![^\W_])"
+    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|eff|pp|p-p|ac|dc))?)(?![^\W_])|"
+    r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])"
 )
-_MANY = rf"(?:(?:@|at\s)\s?)?{_ONE}(?:\s?[,;/@&_\s]\s?{_ONE})*"
+_OF = r"(?:@|at\s|bei\s|mit\s|à\s|a\s|à une fréquence de\s|con\s|przy\s|bij\s|vid\s|ved\s|em\s|при\s)"
+_MANY = rf"(?:{_OF}\s?)?(?:{_ONE})(?:\s?(?:[,;/@&_\s]|\s(?:and|und|et|y|e|i|en|och|og|и)\s)\s?{_OF}?(?:{_ONE}))*"
 _CONDITIONS = re.compile(
     rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
@@ -133,7 +141,23 @@ _OF_MEASURING = (
 )
 _CONDITION = re.compile(_OF_MEASURING, re.IGNORECASE)
 # The same behind the brackets of a name, and before them.
-_CONDITION_BEHIND = re.compile(rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING})", re.IGNORECASE)
+_CONDITION_BEHIND = re.compile(
+    rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING}|"
+    rf"(?:range|messbereich|{RATED})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?\s?[^\W\d_]{{1,3}})",
+    re.IGNORECASE,
+)
+# With which cell a force was measured: "Force measured by the 10 N load cell (N)"; and in which circuit a capacitance.
+_BY_CELL = re.compile(
+    r"(?P<before>[^()\[\]]*?[^\W\d_])\s+(?:(?:as\s)?(?:measured|recorded|gemessen|mesurée?|misurat[oa]|medid[oa])\s+)?"
+    r"(?:by|with|from|via|using|mit|von|über|par|avec|con|da|dalla)\s+(?:(?:the|an?|der|dem|einer|l[ea]|une?|una)\s+)?"
+    r"(?:\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg)\s+)?(?:load ?cell|cell|(?:kraft)?messdose|kraftaufnehmer|kraftsensor|force sensor|"
+    r"capteur(?: de force)?|cellule(?: de charge)?|cell?ula de carga|celda de carga|cella di carico)"
+    r"(?:\s+\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg))?(?P<behind>\s*[(\[].*)",
+    re.IGNORECASE,
+)
+_CIRCUIT_BEHIND = re.compile(
+    r"(?<=[^\W\d_]),\s*(parallel|series|serie|seriell|reihe|parall[eè]le|série|paralelo)(?![^\W_])", re.IGNORECASE
+)
 _CONDITION_WITHIN = re.compile(
     rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
     re.IGNORECASE,
@@ -223,6 +247,11 @@ def tidy(cell: str) -> str:
     of_tare = _TARE.fullmatch(cell)
     if of_tare is not None:
         return tidy(f"{of_tare['before']} ({of_tare['tare']})")
+    by_cell = _BY_CELL.fullmatch(cell)
+    if by_cell is not None:
+        return tidy(f"{by_cell['before']}{by_cell['behind']} (load cell)")
+    if (circuit := _CIRCUIT_BEHIND.search(cell)) is not None:
+        return tidy(f"{cell[: circuit.start()]} ({circuit[1]}){cell[circuit.end() :]}")
     with_ball = _WITH_BALL.fullmatch(cell)
     if with_ball is not None:
         return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball']})")

@@ -178,6 +178,7 @@ QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
+    "gemessen gemessenes "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
     "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
     "expérimentale sperimentale expt real réel réelle reale effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste "

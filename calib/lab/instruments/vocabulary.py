@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
     LONGEST,
+    RATED,
     ends_without_unit,
     factor_in,
     index_in,
@@ -64,7 +65,8 @@ _NAMES_OF_UNITS = ("millis", "micros")
 # How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
 _REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
 _CAPACITY = re.compile(
-    rf"(?P<name>.*[^\W\d_])[\s_,-]+(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
+    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{RATED}|range|messbereich)[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
+    rf"(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
 # What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
 _FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
@@ -652,6 +654,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             name_doubt = f'"{bracket}" may mean that the sign is lost'
         elif (
             is_remark(bracket)
+            or (plain in ("t", "time") and any(is_unit_of(b, quantity) for b in (*written, unit_below) if b))
             or is_wiring(bracket)
             or says_sense(bracket)
             or any(m.quantity == quantity for m in meanings(plain, (), ""))

@@ -164,3 +164,46 @@ def test_a_time_of_day_in_numbers_is_asked_for_its_unit(tmp_path: Path) -> None:
     assert any('"time=Time of day" --units time=s' in note for note in read(tmp_path, *names).notes)
     with pytest.raises(InputError, match="has no unit"):
         read(tmp_path, *names, reading=Reading(columns={"time": "Time of day"}))
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Kapazität bei 1 kHz (pF)", 3),
+        ("Capacité à 1 kHz et 1 V (pF)", 3),
+        ("Kapazität gemessen bei 1 kHz (pF)", 3),
+        ("Pojemność przy 1 kHz (pF)", 3),
+        ("Capacitance, parallel, 1 V (pF)", 3),
+        ("Capacitance pF (range 1 nF)", 3),
+        ("Cp (Bereich 1 nF) (pF)", 3),
+        ("Sensor at 1 kHz, 1 V (pF)", 3),
+        ("Kapazität (gemessen) [pF]", 3),
+        ("C(t) (pF)", 3),
+        ("F(t) [N]", 2),
+        ("s(t) [mm]", 1),
+        ("Force measured by the 10 N load cell (N)", 2),
+        ("Kraft gemessen mit 10 N Kraftmessdose (N)", 2),
+        ("Force (N) range 10 N", 2),
+        ("Force (nominal 50 N) (N)", 2),
+        ("Force nominal 50 N (N)", 2),
+        ("Kraft (Nennlast 50 N) [N]", 2),
+    ],
+)
+def test_settings_and_instruments_in_a_name_change_nothing(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    expected = [0.1 * np.arange(N), np.array(DEPTH) * 1e-3, 0.5 * np.array(DEPTH) ** 1.5, (8 + np.array(DEPTH) ** 2) * 1e-12]
+    quantity = ["time", "displacement", "force", "capacitance"][place]
+    np.testing.assert_allclose(table.columns[quantity], expected[place], rtol=1e-3, atol=1e-3 if quantity == "force" else 0)
+
+
+@pytest.mark.parametrize("name", ["Cap two sensors parallel (pF)", "Nominal force (N)", "Capacitance, series, 1 V (pF)"])
+def test_what_is_another_reading_by_its_name_is_still_none(tmp_path: Path, name: str) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[2 if "force" in name else 3] = name
+    if "series" in name:
+        with pytest.raises(InputError, match="is a series capacitance"):
+            read(tmp_path, *names)
+    else:
+        assert any(name in str(of) for of in read(tmp_path, *names).unread)
