@@ -175,15 +175,15 @@ MASSES = _set(
 )
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
-    "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
-    "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
-    "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
-    "gemessen gemessenes "
-    "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
-    "expérimentale sperimentale expt real réel réelle reale effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste "
-    "rzeczywisty kompressive kompressiver kompressives uncorrected unkorrigiert uncompensated unkompensiert unfiltered "
-    "ungefiltert roh rohwert rohwerte brute brut bruta bruto cruda crudo grezza grezzo"
+    "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act "
+    "current present static reading readings value values val signal sensor cell machine instron axial vertical live "
+    "instantaneous data instant raw digital linear analog test sample specimen frame total device meter ist messwert "
+    "istwert gemessene gemessen gemessenes gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure "
+    "misurata misurato medida medido zmierzona zmierzone zmierzony gemeten indenter gross brutto ax vert compr "
+    "experimental experimentell experimentelle expérimental expérimentale sperimentale expt real réel réelle reale "
+    "effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste rzeczywisty kompressive kompressiver kompressives "
+    "uncorrected unkorrigiert uncompensated unkompensiert unfiltered ungefiltert roh rohwert rohwerte brute brut bruta "
+    "bruto cruda crudo grezza grezzo"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
@@ -261,10 +261,13 @@ _PEAKS = _set(
     "máx máxima máximo massima maxima maxim 峰值 ピーク 피크"
 )
 _NUMBERS_DRAWN = _set(
-    "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var median "
-    "rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne moyen "
-    "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
-    "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
+    "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var "
+    "median rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne "
+    "moyen maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert scheitel scheitelwert "
+    "最大 最小 平均 최대 최소 평균 largest highest greatest biggest smallest lowest größter größte größtes größten "
+    "größtwert grösster grösste grösstes grösstwert höchster höchste höchstes höchsten höchstwert kleinster kleinste "
+    "kleinstes kleinsten kleinstwert niedrigster niedrigste niedrigstes tiefster tiefste tiefstwert mayor menor maggiore "
+    "minore grootste hoogste kleinste laagste największa największy najmniejsza najmniejszy största högsta minsta lägsta"
 )
 #: Words of the mean of several readings, and of how far these are from it.
 MEANS = _set(
@@ -273,8 +276,13 @@ MEANS = _set(
 )
 SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
 #: Words of the smallest and of the largest of several readings.
-LEAST = _set("min minimum minimal mini minimo mínimo mín 最小 최소")
-MOST = _set("max maximum maximal maxi massimo máximo máx maks 最大 최대")
+LEAST = _set(
+    "min minimum minimal mini minimo mínimo mín 最小 최소 smallest lowest kleinster kleinste kleinstes niedrigste menor minore"
+)
+MOST = _set(
+    "max maximum maximal maxi massimo máximo máx maks 最大 최대 largest highest greatest biggest größter größte größtes "
+    "höchste höchster höchstes mayor maggiore"
+)
 #: Words that alone say that a column was measured, where another was commanded.
 MEASURED = _set(
     "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "
