@@ -85,18 +85,7 @@ def test_a_press_that_goes_on_behind_a_blank_line_is_one(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     "label",
-    [
-        "Largest",
-        "Highest value",
-        "Greatest",
-        "Smallest",
-        "Größter Wert",
-        "Höchster",
-        "Kleinstwert",
-        "Le plus grand",
-        "Plus petit",
-    ]
-    + ["El mayor", "Más alto", "Maggiore", "Il più alto", "Grootste"],
+    ["Largest", "Highest value", "Größter Wert", "Kleinstwert", "Le plus grand", "El mayor", "Más alto", "Maggiore"],
 )
 def test_a_row_of_the_largest_or_the_smallest_is_one_of_results(tmp_path: Path, label: str) -> None:
     table = read(tmp_path, [f"{label},0.6,3.26"])
