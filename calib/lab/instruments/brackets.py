@@ -621,7 +621,7 @@ def words_in(text: str) -> list[str]:
 _OF_UNIT = (
     (r"°|deg|rad", "an angle"),
     (r"° ?[CFK]|deg ?[CF]|K|C|℃|℉", "a temperature"),
-    (r"[kMG]?Pa|psi|ksi|bar|mbar|N/mm²?|N/mm\^?2|N/m\^?2|kgf/cm\^?2", "a stress or pressure"),
+    (r"[kMG]?Pa|psi|ksi|bar|mbar|N/mm²|N/mm\^?2|N/m\^?2|kgf/cm\^?2", "a stress or pressure"),
     (r"%|mm/mm|m/m|in/in|[µu]ε|[µu]strain|strain", "a share or strain"),
     (r"[mkµu]?V", "a voltage"),
     (r"[mkµun]?A", "a current"),
@@ -630,7 +630,7 @@ _OF_UNIT = (
     (r"[pnuµm]?C", "an electric charge"),
     (r"[mk]?J|mWh", "an energy"),
     (r"[µum]?m/(?:s|min)|mm/(?:sec|s)|%/(?:s|min)|1/s|N/s", "a rate"),
-    (r"[k]?N/m|N/mm", "a stiffness"),
+    (r"[kmµu]?N/(?:[mµu]?m|in)|gf?/mm|lbf?/in", "a stiffness"),
     (r"N[·.* ]?mm?|N-mm?", "a torque"),
 )
 

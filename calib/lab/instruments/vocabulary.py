@@ -138,14 +138,15 @@ _SPELLED_UNIT = re.compile(
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
-    (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
-    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
+    (r"stiffness|steifigk|raideur|rigidez|\bspring (?:rate|constant)|feder(?:rate|konstante)", "a stiffness: not used"),
     (
         r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
         "a rate: not used",
     ),
+    (r"stress|spannung|contrainte|pressure|(?<!ein)druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
+    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
     (r"r[eé][sz]onan", "a frequency of resonance, no capacitance without the inductance of its circuit: not used"),
-    (r"energy|work|energie|arbeit", "an energy: not used"),
+    (r"energy|\bwork\b|energie|arbeit", "an energy: not used"),
     (r"^row ?names?$", "names of the rows: not used"),
 )
 # Names of one letter mean many things; their unit decides.
@@ -723,6 +724,8 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     """Why a name that means no quantity is not read."""
     if _SETTING.fullmatch(name):
         return "a range of the instrument: not used"
+    if (function := FUNCTION.search(name)) is not None:
+        return f'"{function[0]}" makes it a function of a reading: not used'
     for pattern, reason in _KNOWN_BY_WORDS:
         if re.search(pattern, name):
             return reason
