@@ -196,7 +196,9 @@ _OF_SYMBOLS = ("PF", "NF", "UF")
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 # A unit of force in small letters behind a name in small letters, as databases write all names: "force_n", "load_kn".
-_SMALL = re.compile(r"(?P<name>[a-z][a-z\d]*(?:_[a-z\d]+)*)_(?P<unit>n|kn)")
+_SMALL = re.compile(r"(?P<name>[a-z][a-z\d]*(?:[_.][a-z\d]+)*)_(?P<unit>n|kn)")
+# What the interface of a robot calls the places and forces of its tool along x, y and z: "actual_TCP_force_2".
+_OF_TOOL = re.compile(r"actual_TCP_(?P<what>pose|force)_(?P<axis>[012])", re.IGNORECASE)
 # A power of ten times a unit behind a stroke, by which what stands before it is divided: "F / 10^-3 N".
 _OVER_POWER = re.compile(
     r"(?P<name>[^/]+?)\s*/\s*(?P<unit>(?:10(?:\^|\*\*) ?-?\d{1,2}|10-\d{1,2}|1?[eE]-\d{1,2}) ?[·*]? ?(?P<of>[^\W\d_]+))"
@@ -235,6 +237,9 @@ def tidy(cell: str) -> str:
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
+    of_tool = _OF_TOOL.fullmatch(cell)
+    if of_tool is not None:
+        return f"{'Force' if of_tool['what'].lower() == 'force' else 'Position'} {'xyz'[int(of_tool['axis'])]}"
     in_unit = _IN_UNIT.fullmatch(cell)
     if in_unit is not None and looks_like_unit(in_unit["unit"]):
         return f"{in_unit['name']} ({in_unit['unit']})"

@@ -31,7 +31,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 測定時間 | 時刻 | 日時 | 測定日時 | 시간 | 경과시간 | 시험시간",
-                "cycle elapsed time | run time",
+                "cycle elapsed time | run time | last changed | last updated",
                 "thời gian | waktu | الزمن | الوقت | समय | време | เวลา | زمان | זמן",
             ),
             "displacement": (

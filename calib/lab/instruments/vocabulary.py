@@ -600,6 +600,10 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
     written = [b for b in inside if b]
     fitting = [m for m in readings if any(is_unit_of(b, m.quantity) for b in (*written, unit_below) if b)]
     if not fitting and len(readings) > 1:
+        # A unit in another case tells which of several it is, and is asked about: "f_mn".
+        meant = [m for m in readings if any(may_be_meant(b, m.quantity) for b in (*written, unit_below) if b)]
+        readings = meant if len({m.quantity for m in meant}) == 1 else readings
+    if not fitting and len(readings) > 1:
         other = kind_of_unit(unit_below or (written[-1] if written else ""), charge=name in ("q", "charge"))
         if other:
             return f"{other}: not used"
