@@ -74,7 +74,7 @@ _PARTS_OF_UNIT = re.compile(
     r"(?:zehn|zehntausend|hundert|hunderts|tausend|tausends|millions)tel|(?:dix|cent|mill|million)i[eè]mes?|"
     r"(?:d[eé]cim|cent[eé]sim|mil[eé]sim|d[eé]cimos|millesim)(?:as?|os?|[oi])?|tienden?|honderdsten?|duizendsten?|"
     r"dziesiąt\w+|setn\w+|tysięczn\w+|(?:tens|hundreds|thousands|dozens|zehner|hunderter|tausender|dizaines|centaines|milliers|"
-    r"decenas|centenas|miles|decine|centinaia|migliaia)|per ?mille|promille|percent|prozent)(?![\w.,]\w)(?!\w)",
+    r"decenas|centenas|miles|decine|centinaia|migliaia))(?![\w.,]\w)(?!\w)",
     re.IGNORECASE,
 )
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
