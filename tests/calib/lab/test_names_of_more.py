@@ -115,6 +115,12 @@ def test_a_load_that_is_called_last_is_one(tmp_path: Path, names: tuple[str, ...
     assert read(tmp_path, *names).sources["force"] == names[2]
 
 
+@pytest.mark.parametrize("words", ["Last Run ", "Last run: ", "Latest "])
+def test_the_run_that_all_columns_are_of_is_passed_by(tmp_path: Path, words: str) -> None:
+    table = read(tmp_path, *(f"{words}{name}" for name in ("Time (s)", "Displacement (mm)", "Force (N)", "Cp (pF)")))
+    assert {"time", "displacement", "force", "capacitance"} <= set(table.columns)
+
+
 def read_both(folder: Path, first: str, second: str, shift: float, reading: Reading | None = None) -> LabTable:
     """A press with two columns of a capacitance, the second of which is off by `shift` pF."""
     rows = [f"{0.1 * k:.1f};{x};{0.5 * x**1.5:.4f};{8 + x * x:.4f};{8 + shift + x * x:.4f}" for k, x in enumerate(DEPTH)]
