@@ -15,6 +15,8 @@ _OWN = re.compile(
     rf"(?:{EXPONENT})?\s*",
     re.ASCII,
 )
+# A few cells with another mark may be damaged; so many of each are not.
+_FEWEST = 5
 
 
 def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
@@ -27,13 +29,16 @@ def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
 
     Returns
     -------
-    The sheet; None if a mark of such a column may set thousands apart, or those with either mark have not as many decimals.
+    The sheet; None if one mark is in a few cells alone, may set thousands apart, or those with either mark have not as many decimals.
     """
     cells, notes = list(sheet.columns), list(sheet.notes)
     for index in columns:
         marked = [(r, c) for r, c in enumerate(sheet.columns[index]) if "." in c or "," in c]
-        if len({"," in c for _, c in marked}) < 2:
+        n_comma = sum("," in c for _, c in marked)
+        if not n_comma or n_comma == len(marked):
             continue
+        if min(n_comma, len(marked) - n_comma) < _FEWEST:
+            return None
         found = [_OWN.fullmatch(cell) for _, cell in marked]
         decimals: dict[str, int] = {}
         for match in found:
