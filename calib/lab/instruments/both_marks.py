@@ -29,7 +29,7 @@ def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
 
     Returns
     -------
-    The sheet; None if one mark is in a few cells alone, may set thousands apart, or those with either mark have not as many decimals.
+    The sheet; None if one mark is in a few cells alone, may set thousands apart, or the decimals are not as many with either.
     """
     cells, notes = list(sheet.columns), list(sheet.notes)
     for index in columns:

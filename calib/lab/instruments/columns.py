@@ -198,10 +198,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
         apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
     )
-    if notation.conflict and (alike := with_one_mark(sheet, [c.index for c in written])) is not None:
+    alike = with_one_mark(sheet, [c.index for c in written]) if notation.conflict else None
+    if alike is not None and reading.decimal == ".":
         return _read_rows(alike, family, reason, reading)
     if notation.conflict:
-        raise InputError([*faults, _notation_fault(sheet, notation, written)])
+        fault = _notation_fault(sheet, notation, written)
+        own = "" if alike is None else 'If each cell has a decimal mark of its own, --decimal "." reads it by that. '
+        raise InputError([*faults, replace(fault, advice=f"{own}{fault.advice}")])
     notes += notation.notes
     decimals = dict(zip((c.quantity for c in written), notation.decimals, strict=True))
     reasons = [""] * len(sheet.lines)

@@ -471,7 +471,9 @@ def test_a_mark_that_changes_within_a_column_is_read_where_each_cell_shows_its_o
     cells = [f"{97.301 + 0.0137 * i * i:.{digits}f}" for i in range(N)]
     mixed = list(cells)
     mixed[rows] = comma(cells)[rows]
-    table = read_lab_file(written(tmp_path, "Time (s);Cp (pF)", TIME, mixed))
+    path = written(tmp_path, "Time (s);Cp (pF)", TIME, mixed)
+    assert 'If each cell has a decimal mark of its own, --decimal "." reads it' in refusal(path)
+    table = read_lab_file(path, Reading(decimal="."))
     assert capacitance(table) == [float(c) for c in cells]
     assert any("has another decimal mark than most cells" in note for note in table.notes)
 
