@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from calib.lab.instruments.brackets import tidy, without_brackets, words_in
+from calib.lab.instruments.brackets import tidy, without_brackets, without_conditions, words_in
 from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
@@ -87,6 +87,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     """Whether a name is nothing but words that are not understood and a unit, or the unit alone; none of another quantity."""
     if name == unit:
         return True
+    name = without_conditions(tidy(name))[0] if quantity == "capacitance" else name
     cut = without_brackets(tidy(name))
     if not name or is_mass(unit) or cut is None or not all(looks_like_unit(bracket) for bracket in cut[1]):
         return False

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from itertools import pairwise
 
 from calib.lab.instruments.lexicon import (
     BOUNDS,
     COMMANDED,
     COMMANDED_BEGINNINGS,
     COMMANDED_ENDINGS,
+    NOT_NOW,
+    OTHER_ONE,
     REMARKS,
+    RUNS,
     STATISTIC,
+    WITH_REST,
     WITHOUT_BLANKS,
 )
-from calib.lab.instruments.meanings import meanings
+from calib.lab.instruments.meanings import meanings, plain_meanings
 from calib.lab.instruments.units import from_capitals, is_unit_of, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
@@ -63,6 +68,15 @@ _SYMBOL_OF_CIRCUIT = re.compile(r"^(c)_([ps])(?![^\W_])", re.IGNORECASE)
 _POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
 # "in 10 mN", "en 10 N", "in 10^-2 N": a number before the unit behind a name is a factor.
 _BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?(?:(?:\^|\*\*|e)?[+-]?\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
+# "100ths", "1/100ths", "hundredths of", "Zehntel", "centésimas de", "hundreds of": into how many parts a unit is cut, in words.
+_PARTS_OF_UNIT = re.compile(
+    r"(?<![\w.,])(?:1\s?/\s?)?(?:10{1,6}(?:ths|e?[mn]?t?els?|[eè]mes?|(?=s\b)s)|(?:ten|hundred|thousand|million)ths?|"
+    r"(?:zehn|zehntausend|hundert|hunderts|tausend|tausends|millions)tel|(?:dix|cent|mill|million)i[eè]mes?|"
+    r"(?:d[eé]cim|cent[eé]sim|mil[eé]sim|d[eé]cimos|millesim)(?:as?|os?|[oi])?|tienden?|honderdsten?|duizendsten?|"
+    r"dziesiąt\w+|setn\w+|tysięczn\w+|(?:tens|hundreds|thousands|dozens|zehner|hunderter|tausender|dizaines|centaines|milliers|"
+    r"decenas|centenas|miles|decine|centinaia|migliaia))(?![\w.,]\w)(?!\w)",
+    re.IGNORECASE,
+)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
     r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
@@ -81,19 +95,27 @@ _LEADING = re.compile(
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
+#: What is said before how far an instrument reaches, for patterns in any case.
+RATED = (
+    r"capacity|nominal(?: load| force| capacity)?|rated(?: load| force| capacity)?|full[ -]?scale|fs|"
+    r"nenn(?:last|kraft|bereich)?|nom\.?|nominale|nominell|vollausschlag|étendue|capacité|capacidad|capacità|portata|portée|"
+    r"pleine échelle|fondo scala|fondo escala"
+)
 # The range of an instrument or the frequency of a meter: "500 N", "0-5 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
     r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?"
-    r"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |capacity )?"
+    rf"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |(?i:{RATED})[ :=]{{0,2}})?"
     r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
-# At which frequency and voltage a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)".
+# At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
-    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|pp|p-p|ac|dc))?)(?![^\W_])"
+    r"(?:[kM]?Hz|m?V(?:\s?(?:rms|eff|pp|p-p|ac|dc))?)(?![^\W_])|"
+    r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])"
 )
-_MANY = rf"(?:(?:@|at\s)\s?)?{_ONE}(?:\s?[,;/@&_\s]\s?{_ONE})*"
+_OF = r"(?:@|at\s|bei\s|mit\s|à\s|a\s|à une fréquence de\s|con\s|przy\s|bij\s|vid\s|ved\s|em\s|при\s)"
+_MANY = rf"(?:{_OF}\s?)?(?:{_ONE})(?:\s?(?:[,;/@&_\s]|\s(?:and|und|et|y|e|i|en|och|og|и)\s)\s?{_OF}?(?:{_ONE}))*"
 _CONDITIONS = re.compile(
     rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
@@ -119,18 +141,51 @@ _OF_MEASURING = (
 )
 _CONDITION = re.compile(_OF_MEASURING, re.IGNORECASE)
 # The same behind the brackets of a name, and before them.
-_CONDITION_BEHIND = re.compile(rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING})", re.IGNORECASE)
+_CONDITION_BEHIND = re.compile(
+    rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING}|"
+    rf"(?:range|messbereich|{RATED})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?\s?[^\W\d_]{{1,3}})",
+    re.IGNORECASE,
+)
+# With which cell a force was measured: "Force measured by the 10 N load cell (N)"; and in which circuit a capacitance.
+_BY_CELL = re.compile(
+    r"(?P<before>[^()\[\]]*?[^\W\d_])\s+(?:(?:as\s)?(?:measured|recorded|gemessen|mesurée?|misurat[oa]|medid[oa])\s+)?"
+    r"(?:by|with|from|via|using|mit|von|über|par|avec|con|da|dalla)\s+(?:(?:the|an?|der|dem|einer|l[ea]|une?|una)\s+)?"
+    r"(?:\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg)\s+)?(?:load ?cell|cell|(?:kraft)?messdose|kraftaufnehmer|kraftsensor|force sensor|"
+    r"capteur(?: de force)?|cellule(?: de charge)?|cell?ula de carga|celda de carga|cella di carico)"
+    r"(?:\s+\d+(?:[.,]\d+)?\s?(?:[mk]?N|kg))?(?P<behind>\s*[(\[].*)",
+    re.IGNORECASE,
+)
+_CIRCUIT_BEHIND = re.compile(
+    r"(?<=[^\W\d_]),\s*(parallel|series|serie|seriell|reihe|parall[eè]le|série|paralelo)(?![^\W_])", re.IGNORECASE
+)
 _CONDITION_WITHIN = re.compile(
     rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
     re.IGNORECASE,
 )
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
+# Minutes with seconds behind a comma, which is the decimal mark elsewhere: "(min,s)".
+_MINUTES_AND_SECONDS = re.compile(r"(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # "compression negative", "tension: +".
 _SENSE = re.compile(
     r"\b(?:(?P<push>compress\w*|push\w*|druck)|(?P<pull>tension|tensile|pull\w*|zug))\s*"
     r"(?:(?:is\s+|[:=]\s*)?(?P<word>positive?\b|negative?\b|pos\b|neg\b|plus\b|minus\b|[+-]ve\b)|[:=]\s*(?P<mark>[+-])\s*(?:$|[)\],;]))",
     re.IGNORECASE,
+)
+# A word behind these is no unit: "Seconds of the hour", "seconds_of_hour".
+_NO_UNIT = re.compile(
+    r"(?<![^\W_])(?:of|per|by|from|since|after|der|des|pro|seit|del|della|dell|de|du|da|do|dans|par|por|le|la|l|el|il|the|a)"
+    r"[\s_'’]+[^\W\d_]{3,}$",
+    re.IGNORECASE,
+)
+# The unit before the whole that a time is of, or before what it is since.
+_OF_A_WHOLE = re.compile(
+    r"(?P<unit>[^\W\d_]+)[\s_]+(?:of|since|after|from|der|des|seit|del|della|dell|de|du|depuis|desde|dal|da|do)[\s_'’]",
+    re.IGNORECASE,
+)
+# What is left of a way or a time, in more than one word.
+_LEFT = re.compile(
+    r"(?<![^\W_])(?:to go|dtg|to (?:the )?(?:target|goal|setpoint|end|limit)|(?:distance|time|way) left)(?![^\W_])"
 )
 # Where words are joined by their capitals: "TargetForce".
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
@@ -141,7 +196,9 @@ _OF_SYMBOLS = ("PF", "NF", "UF")
 # A name, and the unit that ends it: "CAP (PF)", "CAP_PF", "CAP, PF".
 _LAST_WORD = re.compile(r"(?P<name>.*[\s_,/(\[{<])(?P<unit>[^\W\d_]+)(?P<behind>[)\]}>]?)")
 # A unit of force in small letters behind a name in small letters, as databases write all names: "force_n", "load_kn".
-_SMALL = re.compile(r"(?P<name>[a-z][a-z\d]*(?:_[a-z\d]+)*)_(?P<unit>n|kn)")
+_SMALL = re.compile(r"(?P<name>[a-z][a-z\d]*(?:[_.][a-z\d]+)*)_(?P<unit>n|kn)")
+# What the interface of a robot calls the places and forces of its tool along x, y and z: "actual_TCP_force_2".
+_OF_TOOL = re.compile(r"actual_TCP_(?P<what>pose|force)_(?P<axis>[012])", re.IGNORECASE)
 # A power of ten times a unit behind a stroke, by which what stands before it is divided: "F / 10^-3 N".
 _OVER_POWER = re.compile(
     r"(?P<name>[^/]+?)\s*/\s*(?P<unit>(?:10(?:\^|\*\*) ?-?\d{1,2}|10-\d{1,2}|1?[eE]-\d{1,2}) ?[·*]? ?(?P<of>[^\W\d_]+))"
@@ -180,6 +237,9 @@ def tidy(cell: str) -> str:
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
+    of_tool = _OF_TOOL.fullmatch(cell)
+    if of_tool is not None:
+        return f"{'Force' if of_tool['what'].lower() == 'force' else 'Position'} {'xyz'[int(of_tool['axis'])]}"
     in_unit = _IN_UNIT.fullmatch(cell)
     if in_unit is not None and looks_like_unit(in_unit["unit"]):
         return f"{in_unit['name']} ({in_unit['unit']})"
@@ -192,6 +252,11 @@ def tidy(cell: str) -> str:
     of_tare = _TARE.fullmatch(cell)
     if of_tare is not None:
         return tidy(f"{of_tare['before']} ({of_tare['tare']})")
+    by_cell = _BY_CELL.fullmatch(cell)
+    if by_cell is not None:
+        return tidy(f"{by_cell['before']}{by_cell['behind']} (load cell)")
+    if (circuit := _CIRCUIT_BEHIND.search(cell)) is not None:
+        return tidy(f"{cell[: circuit.start()]} ({circuit[1]}){cell[circuit.end() :]}")
     with_ball = _WITH_BALL.fullmatch(cell)
     if with_ball is not None:
         return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball']})")
@@ -342,7 +407,7 @@ def parted(bracket: str) -> tuple[str, ...]:
     >>> parted("N, tared"), parted("N; compression negative"), parted("8800 (0,1)"), parted("N, kN")
     (('N', 'tared'), ('N', 'compression negative'), ('8800 (0,1)',), ('N', 'kN'))
     """
-    match = _UNIT_AND_REMARK.fullmatch(bracket)
+    match = _UNIT_AND_REMARK.fullmatch(bracket) if not _MINUTES_AND_SECONDS.fullmatch(bracket) else None
     return (match["unit"], match["remark"]) if match is not None and looks_like_unit(match["unit"]) else (bracket,)
 
 
@@ -383,10 +448,14 @@ def factor_in(text: str) -> str:
     ('x1000', 'div10', 'gain 10', '')
     >>> factor_in("dev3456/imps/0/sample.param1"), factor_in("F/10")
     ('', '/10')
+    >>> factor_in("Load 100ths N"), factor_in("Kraft Hundertstel N"), factor_in("Force dixièmes de N"), factor_in("10th run")
+    ('100ths', 'Hundertstel', 'dixièmes', '')
     """
     if leading := leading_factor(text):
         return leading
     text = text.replace("_", " ")
+    if parts := _PARTS_OF_UNIT.search(text):
+        return parts[0]
     if before := _BEFORE_UNIT.search(text):
         return before[1] if before[1] != "1" else ""
     match = re.search(
@@ -486,6 +555,56 @@ def no_record(text: str) -> str:
     return ""
 
 
+def ends_without_unit(name: str) -> bool:
+    """Whether the last word of a name is none of its unit, be it one elsewhere, as it stands behind "of".
+
+    >>> [ends_without_unit(name) for name in ("Seconds of day", "Force in newtons", "Force N")]
+    [True, False, False]
+    """
+    return _NO_UNIT.search(name.strip()) is not None
+
+
+def unit_of_a_whole(name: str) -> str:
+    """The unit of a time that is of a whole, or since something: "seconds" of "Seconds of day"; "" of any other name.
+
+    >>> [unit_of_a_whole(name) for name in ("Seconds of day", "ms_of_day", "Sekunden seit Mitternacht", "Time of day")]
+    ['seconds', 'ms', 'sekunden', '']
+    """
+    match = _OF_A_WHOLE.match(name.strip())
+    units = (match["unit"], match["unit"].lower()) if match is not None else ()
+    return next((unit for unit in reversed(units) if is_unit_of(unit, "time")), "")
+
+
+def not_now(text: str) -> str:
+    """Why a name or a bracket with such words may be of what is left to be done, or of another run; "" if it is not.
+
+    >>> not_now("Force to go"), [not_now(text)[:10] for text in ("Restweg", "Displacement last run", "Old force")]
+    ('"to go" may be what is left, or of another run', ['"restweg" ', '"last run"', '"old force'])
+    >>> not_now("Last (N)"), not_now("Last Messung"), not_now("At rest"), not_now("Old rig")
+    ('', '', '', '')
+    """
+    said = words_in(_CAMEL.sub(" ", re.sub(r"[()\[\]]", " ", text)))
+    left = _LEFT.search(" ".join(said))
+    found = left[0] if left is not None else next((w for w in said if w.startswith(NOT_NOW) or _is_rest(w)), "")
+    pairs = [*pairwise(said)] if not found else []
+    of_runs = [
+        (one, other)
+        for one, other in pairs
+        if (one in OTHER_ONE and other.removesuffix("s") in RUNS) and (one, other) != ("last", "messung")
+    ]
+    of_names = [
+        (one, other)
+        for one, other in pairs
+        if (one in OTHER_ONE and any(plain_meanings(other))) or (other in OTHER_ONE and any(plain_meanings(one)))
+    ]
+    found = found or next((" ".join(pair) for pair in (*of_runs, *of_names)), "")
+    return f'"{found}" may be what is left, or of another run' if found else ""
+
+
+def _is_rest(word: str) -> bool:
+    return word.startswith("rest") and word.removeprefix("rest") in WITH_REST
+
+
 def is_commanded(word: str) -> bool:
     """Whether a word in lower case says that something was commanded, also one joined with others: `kraftvorgabe`.
 
@@ -507,7 +626,7 @@ def words_in(text: str) -> list[str]:
 _OF_UNIT = (
     (r"°|deg|rad", "an angle"),
     (r"° ?[CFK]|deg ?[CF]|K|C|℃|℉", "a temperature"),
-    (r"[kMG]?Pa|psi|ksi|bar|mbar|N/mm²?|N/mm\^?2|N/m\^?2|kgf/cm\^?2", "a stress or pressure"),
+    (r"[kMG]?Pa|psi|ksi|bar|mbar|N/mm²|N/mm\^?2|N/m\^?2|kgf/cm\^?2", "a stress or pressure"),
     (r"%|mm/mm|m/m|in/in|[µu]ε|[µu]strain|strain", "a share or strain"),
     (r"[mkµu]?V", "a voltage"),
     (r"[mkµun]?A", "a current"),
@@ -516,7 +635,7 @@ _OF_UNIT = (
     (r"[pnuµm]?C", "an electric charge"),
     (r"[mk]?J|mWh", "an energy"),
     (r"[µum]?m/(?:s|min)|mm/(?:sec|s)|%/(?:s|min)|1/s|N/s", "a rate"),
-    (r"[k]?N/m|N/mm", "a stiffness"),
+    (r"[kmµu]?N/(?:[mµu]?m|in)|gf?/mm|lbf?/in", "a stiffness"),
     (r"N[·.* ]?mm?|N-mm?", "a torque"),
 )
 

@@ -12,6 +12,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.brackets import words_in
 from calib.lab.instruments.circuit import circuit_beside_unit, names_parallel, said_circuit
 from calib.lab.instruments.clock import read_clock
+from calib.lab.instruments.clock_cells import is_reading
 from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
@@ -480,7 +481,9 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
         if not first_cell(sheet, index):
             unread[index] = "empty"
         elif not name:
-            unread[index] = "without a name"
+            first = first_cell(sheet, index)
+            shown = f', beginning "{first[:40]}"' if first[0].isalpha() and not is_reading(first) else ""
+            unread[index] = f"without a name{shown}"
         else:
             heading = sheet.plain_heading(index)
             reason = why_unread(name, sheet.unit_below(index))

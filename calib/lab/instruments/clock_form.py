@@ -21,6 +21,11 @@ FORMS = {
 }
 #: How times that end in frames may be said to be written, with how many of these are a second, "h:min:s:frame/25".
 FRAMES = re.compile(r"(?:h:)?min:s:frames?(?:/(?P<rate>\d{1,4}(?:\.\d{1,6})?))?", re.ASCII)
+# How minutes with seconds, or hours with minutes, behind a point are said to be written: "min.s", "mm.ss", "h.min".
+_BY_POINT = {
+    "min.s": re.compile(r"(?:m|mm|mins?|minutes?|minuten?)\s?[.:,]\s?(?:s|ss|secs?|seconds?|sek|sekunden?)"),
+    "h.min": re.compile(r"(?:h|hh|hours?|std|stunden?)\s?[.:,]\s?(?:m|mm|mins?|minutes?|minuten?)"),
+}
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,8 @@ def form_of_clock(unit: str) -> str:
     tidy = unit.strip().lower()
     if tidy in ("h:min:s:cs", "h:min:s:ms") or FRAMES.fullmatch(tidy):
         return "h:min:s"  # the last part is a decimal by then
+    if form := form_by_point(tidy):
+        return form.replace(".", ":")  # they have colons by then
     if tidy in FORMS:
         return tidy
     parts = [part.strip() for part in tidy.split(":")]
@@ -131,3 +138,13 @@ def form_of_clock(unit: str) -> str:
     if letters == ("m", "s", "c") and parts[-1] in ("c", "cc", "cs", "csec"):
         return "min:s:cs"
     return _LETTERS.get(letters, "other" if letters[:2] == ("m", "s") else "")
+
+
+def form_by_point(unit: str) -> str:
+    """What a unit says of times that are written as one number: "min.s", "h.min", or "" for nothing.
+
+    >>> form_by_point("mm.ss"), form_by_point("min:s"), form_by_point("h.min"), form_by_point("min"), form_by_point("s")
+    ('min.s', 'min.s', 'h.min', '', '')
+    """
+    tidy = unit.strip().lower()
+    return next((form for form, pattern in _BY_POINT.items() if pattern.fullmatch(tidy)), "")

@@ -15,6 +15,7 @@ from calib.lab.instruments.alternating import alternating
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.astray import rows_astray
 from calib.lab.instruments.below_zero import counted_below_zero
+from calib.lab.instruments.both_marks import with_one_mark
 from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
@@ -199,8 +200,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
         apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
     )
+    alike = with_one_mark(sheet, [c.index for c in written]) if notation.conflict else None
+    if alike is not None and reading.decimal == ".":
+        return _read_rows(alike, family, reason, reading)
     if notation.conflict:
-        raise InputError([*faults, _notation_fault(sheet, notation, written)])
+        fault = _notation_fault(sheet, notation, written)
+        own = "" if alike is None else 'If each cell has a decimal mark of its own, --decimal "." reads it by that. '
+        raise InputError([*faults, replace(fault, advice=f"{own}{fault.advice}")])
     notes += notation.notes
     decimals = dict(zip((c.quantity for c in written), notation.decimals, strict=True))
     reasons = [""] * len(sheet.lines)

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from itertools import takewhile
 
 from calib.lab.instruments.brackets import is_factor, no_record
-from calib.lab.instruments.lexicon import KEYS
+from calib.lab.instruments.lexicon import KEYS, RUNS
 from calib.lab.instruments.passed_by import may_be_passed_by
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, understand
 
+# Which run it is that all columns are of.
+_LATEST = {"last", "latest"}
 # What ends the words before a name, and letters of a number of a machine or a specimen: "P7", "E30-1".
 _END = re.compile(r".*[\s_:/|-]", re.DOTALL)
 _NUMBERED = re.compile(r"(?![xXdD]\d)[^\W\d_]{1,2}\d[\w.-]{0,8}")
@@ -48,6 +50,8 @@ def common_words(cells: Sequence[str]) -> tuple[str, list[str]]:
 def say_nothing(words: str) -> bool:
     """Whether words before all names tell a machine or a run, and nothing of the readings.
 
+    >>> say_nothing("Last Run"), say_nothing("Previous")
+    (True, False)
     >>> say_nothing("Rig1"), say_nothing("wf group 1"), say_nothing("x10"), say_nothing("max"), say_nothing("simulated")
     (True, True, False, False, False)
     """
@@ -55,5 +59,5 @@ def say_nothing(words: str) -> bool:
     if is_factor(words) or no_record(words):
         return False
     plain = [re.sub(r"[\d#.]+", "", part) for part in parts if not _NUMBERED.fullmatch(part)]
-    left = " ".join(part for part in plain if part and part.lower() not in KEYS)
+    left = " ".join(part for part in plain if part and part.lower() not in KEYS | RUNS | _LATEST)
     return not left or all(may_be_passed_by(left, quantity) for quantity in ("force", "displacement"))

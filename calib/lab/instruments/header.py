@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
-from calib.lab.instruments.clock_cells import is_clock, is_reading
+from calib.lab.instruments.clock_cells import is_clock, is_date, is_reading
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.dressed import plain_names
@@ -450,6 +450,8 @@ def no_header(text: LabText) -> Fault:
             advice="A capacitance is read over a time: log the time of each reply in a column before it, and write names and "
             'units above, as in "Time (s),Cp (F),D,status"',
         )
+    if not seen and (clock := _beside_a_clock(text.lines[first])) is not None:
+        return Fault(f"there is no header; {clock[0]}{found}", text.path, first + 1, advice=clock[1])
     if not width:
         return Fault(
             f"no table is found, neither names that are understood nor rows of numbers{found}",
@@ -526,6 +528,31 @@ def _quantities_in_lines(text: LabText) -> list[tuple[int, str]]:
         if len(found) > 1:
             return found
     return []
+
+
+def _beside_a_clock(line: str) -> tuple[str, str] | None:
+    """What stands in a line of numbers behind a time of day, with its date before it or not, and the options that read these.
+
+    >>> _beside_a_clock("2026-03-01 10:00:00 97.12")[0], _beside_a_clock("touch at 10:00:00")
+    ('column 2 holds times of day, column 1 their dates, column 3 numbers', None)
+    """
+    for delimiter in DELIMITERS:
+        cells = [cell for cell in split_line(line, delimiter) if cell]
+        clocks = [k for k, cell in enumerate(cells, 1) if is_clock(cell)]
+        dates = [k for k, cell in enumerate(cells, 1) if is_date(cell)]
+        others = [k for k in range(1, len(cells) + 1) if k not in (*clocks, *dates)]
+        if len(clocks) != 1 or len(dates) > 1 or not others or not all(is_reading(cells[k - 1]) for k in others):
+            continue
+        parts = ("capacitance",) if len(others) == 1 else ("displacement", "force", "capacitance")[: len(others)]
+        said = [f"--columns time={clocks[0]}", *(f"--columns {of}={k}" for of, k in zip(parts, others, strict=False))]
+        units = " ".join(f"--units {of}=..." for of in parts)
+        held = [f"column {clocks[0]} holds times of day", *(f"column {k} their dates" for k in dates)]
+        numbers = f"column{'s' if len(others) > 1 else ''} {', '.join(map(str, others))} numbers"
+        what = f"if it is a {parts[0]}" if len(parts) == 1 else f"if they are a {', a '.join(parts)}, or by their own numbers"
+        return ", ".join(
+            [*held, numbers]
+        ), f"Say what the numbers are, {what}: {' '.join(said)} {units}; or write names above them"
+    return None
 
 
 def _by_number(text: LabText, width: int, unknown: tuple[str, int, list[str]] | None) -> str:

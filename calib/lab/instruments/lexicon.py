@@ -31,7 +31,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 測定時間 | 時刻 | 日時 | 測定日時 | 시간 | 경과시간 | 시험시간",
-                "cycle elapsed time | run time",
+                "cycle elapsed time | run time | last changed | last updated",
                 "thời gian | waktu | الزمن | الوقت | समय | време | เวลา | زمان | זמן",
             ),
             "displacement": (
@@ -175,34 +175,60 @@ MASSES = _set(
 )
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
-    "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
-    "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
-    "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
-    "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
-    "zmierzone zmierzony gemeten indenter gross brutto ax vert compr experimental experimentell experimentelle expérimental "
-    "expérimentale sperimentale expt real réel réelle reale effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste "
-    "rzeczywisty kompressive kompressiver kompressives"
+    "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act "
+    "current present static reading readings value values val signal sensor cell machine instron axial vertical live "
+    "instantaneous data instant raw digital linear analog test sample specimen frame total device meter ist messwert "
+    "istwert gemessene gemessen gemessenes gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure "
+    "misurata misurato medida medido zmierzona zmierzone zmierzony gemeten indenter gross brutto ax vert compr "
+    "experimental experimentell experimentelle expérimental expérimentale sperimentale expt real réel réelle reale "
+    "effettivo effettiva werkelijk werkelijke rzeczywista rzeczywiste rzeczywisty kompressive kompressiver kompressives "
+    "uncorrected unkorrigiert uncompensated unkompensiert unfiltered ungefiltert roh rohwert rohwerte brute brut bruta "
+    "bruto cruda crudo grezza grezzo"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
-    "tariert corrigé filtré subtracted removed net netto corr korr comp"
+    "tariert corrigé filtré subtracted removed net netto corr korr comp corrigée filtrée compensé compensée korrigierte "
+    "kompensiert kompensierte gefilterte geglättete corregido corregida corrigido corrigida compensado compensada corretto "
+    "corretta compensato compensata filtrado filtrada filtrato filtrata gecorrigeerd gecompenseerd skorygowana skorygowany"
 )
 #: Words of these by which readings have another level or scale, not another zero or less noise alone.
-CORRECTED = _set("corrected compensated adjusted korrigiert corrigé subtracted removed net netto corr korr comp")
+CORRECTED = _set(
+    "corrected compensated adjusted korrigiert corrigé subtracted removed net netto corr korr comp corrigée compensé compensée "
+    "korrigierte kompensiert kompensierte corregido corregida corrigido corrigida compensado compensada corretto corretta "
+    "compensato compensata gecorrigeerd gecompenseerd skorygowana skorygowany"
+)
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
     "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled "
     "predicted simulated theory theoretical error residual delta change diff difference offset baseline bias stray "
-    "parasitic open berechnet"
+    "parasitic open short berechnet"
 )
 #: Words beside a name that is not understood that say that its readings are more, less or others than were measured.
 ALTERED = _set(
     "minus less plus above beyond excess increase gain growth rise times half halved double doubled twofold twice thrice "
-    "triple tripled two both ten hundred thousand tenth tenths hundredth hundredths thousandth thousandths amplified "
-    "attenuated uncal uncalibrated dummy previous remaining per abzüglich zuzüglich halbiert verdoppelt zweifach doppelt "
-    "verstärkt unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos "
-    "doble mitad décimas centésimas meno doppio metà decimi centesimi"
+    "triple tripled two both before after ref ten tens dozen dozens percent mille hundreds thousands hundred thousand "
+    "tenth tenths hundredth hundredths thousandth thousandths amplified attenuated uncal uncalibrated dummy previous "
+    "remaining per abzüglich zuzüglich avant après antes después halbiert verdoppelt zweifach doppelt verstärkt "
+    "unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos doble mitad "
+    "décimas centésimas meno doppio metà decimi centesimi"
+)
+#: How words begin of what is left to be done, or was at another time: `Remaining travel`, `Force précédente`.
+NOT_NOW = _stems(
+    "remaining remainder previous preceding verbleibend restlich vorherig vorangegangen restant précédent precedent anterior "
+    "rimanent resterend vorige voorgaand pozostał poprzedni zbývaj předchoz återstående föregående оставш предыдущ 剩余 剩餘 "
+    "上次 前回 残り 남은 이전"
+)
+#: What is left of it may be one word with "rest": `Restweg`, `Restzeit`.
+WITH_REST = _set("weg hub zeit strecke distanz abstand dauer verfahrweg fahrweg kraft last")
+#: Words that say so beside the name of a quantity or of a run: `Old force`, `Cp prev`, `Displacement last run`.
+OTHER_ONE = _set(
+    "last prev next old earlier letzte letzter letztes letzten nächste nächster nächstes alte alter altes dernier dernière "
+    "suivant suivante ancien ancienne último última ultimo ultima próximo próxima prossimo prossima"
+)
+RUNS = _set(
+    "run cycle test trial press measurement step value reading sample specimen versuch versuchs zyklus messung prüfung lauf "
+    "schritt wert essai mesure valeur ciclo ensayo medida medición valor prova misura valore"
 )
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
 RELATIVE = _set("rel relative relativ offset tared zeroed nulled removed subtracted baseline balanced")
@@ -235,10 +261,13 @@ _PEAKS = _set(
     "máx máxima máximo massima maxima maxim 峰值 ピーク 피크"
 )
 _NUMBERS_DRAWN = _set(
-    "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var median "
-    "rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne moyen "
-    "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
-    "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
+    "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var "
+    "median rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne "
+    "moyen maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert scheitel scheitelwert "
+    "最大 最小 平均 최대 최소 평균 largest highest greatest biggest smallest lowest größter größte größtes größten "
+    "größtwert grösster grösste grösstes grösstwert höchster höchste höchstes höchsten höchstwert kleinster kleinste "
+    "kleinstes kleinsten kleinstwert niedrigster niedrigste niedrigstes tiefster tiefste tiefstwert mayor menor maggiore "
+    "minore grootste hoogste kleinste laagste największa największy najmniejsza najmniejszy största högsta minsta lägsta"
 )
 #: Words of the mean of several readings, and of how far these are from it.
 MEANS = _set(
@@ -247,8 +276,13 @@ MEANS = _set(
 )
 SPREADS = _set("std stdev sd stddev deviation variance var sem stderr rms standardabweichung stabw abw écart-type 标准差")
 #: Words of the smallest and of the largest of several readings.
-LEAST = _set("min minimum minimal mini minimo mínimo mín 最小 최소")
-MOST = _set("max maximum maximal maxi massimo máximo máx maks 最大 최대")
+LEAST = _set(
+    "min minimum minimal mini minimo mínimo mín 最小 최소 smallest lowest kleinster kleinste kleinstes niedrigste menor minore"
+)
+MOST = _set(
+    "max maximum maximal maxi massimo máximo máx maks 最大 최대 largest highest greatest biggest größter größte größtes "
+    "höchste höchster höchstes mayor maggiore"
+)
 #: Words that alone say that a column was measured, where another was commanded.
 MEASURED = _set(
     "measured meas actual act ist istwert messwert gemessen gemessene feedback real mesuré mesurée mesure réel réelle medido "

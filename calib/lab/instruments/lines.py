@@ -23,6 +23,12 @@ OF_RESULTS = re.compile(
     r"结果|結果|汇总|統計|统计|결과|요약",
     re.IGNORECASE,
 )
+# The largest or smallest in languages that say it in two words; words of a cell that says what was computed.
+_THE_MOST = re.compile(
+    r"(?:l[ea] )?plus (?:grande?|petite?|haute?|basse?|bas|élevée?|forte?|faible)|(?:el |la )?m[áa]s (?:alt|baj|pequeñ)[oa]|"
+    r"(?:el |la )?m[áa]s grande|(?:il |la )?pi[ùu] (?:alt|bass|piccol)[oa]|(?:il |la )?pi[ùu] grande"
+)
+_MOST_WORDS = 3
 #: Rows of a second table that are too many to be left out as one of results.
 FEW_ROWS = 10
 
@@ -81,7 +87,8 @@ def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
 def is_result(cell: str) -> bool:
     """Whether a cell says what was computed from several readings: "Mean", "Std. dev."."""
     parts = [w for w in re.split(r"[\s_.,;:()]+", cell.lower()) if w]
-    return 0 < len(parts) <= 3 and any(w in RESULTS for w in parts)
+    few = 0 < len(parts) <= _MOST_WORDS
+    return few and (any(w in RESULTS for w in parts) or _THE_MOST.match(" ".join(parts)) is not None)
 
 
 def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:

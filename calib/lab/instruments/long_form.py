@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
+from calib.lab.instruments.brackets import unit_of_small_letters
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF
@@ -15,7 +16,7 @@ _MOST, _FEWEST = 64, 4
 
 
 def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
-    """Find a column that names the quantity of each row, where two or more that a press needs stand below one another.
+    """Find a column that names the quantity of each row, where two or more that a press needs stand below one another, or one.
 
     Parameters
     ----------
@@ -34,6 +35,8 @@ def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
         named = list(dict.fromkeys(cells))
         if len(named) > _MOST or min(cells.count(name) for name in named) < _FEWEST:
             continue
+        if (alone := _of_one(sheet, at, named, found)) is not None:
+            return alone
         meant = {IN_PLACE_OF.get(h.quantity, h.quantity) for name in named if (h := understand(name)) is not None}
         if len((meant & {"force", "displacement", "capacitance"}) - {IN_PLACE_OF.get(q, q) for q in found}) < 2:
             continue
@@ -48,3 +51,21 @@ def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
             f'pivot table of a workbook with "{name}" as its columns, or by DataFrame.pivot(columns="{name}", ...) of pandas',
         )
     return None
+
+
+def _of_one(sheet: Sheet, at: int, named: Sequence[str], found: Collection[str]) -> Fault | None:
+    """The fault of a column that names one quantity in all rows, where one column of numbers alone is not understood."""
+    of = understand(named[0]) if len(named) == 1 else None
+    values = [i for i, cells in enumerate(sheet.columns[: len(sheet.names)]) if is_numeric(cells[0]) and not sheet.assigned]
+    values = [i for i in values if understand(sheet.names[i]) is None]
+    if of is None or of.quantity not in ("force", "displacement", "capacitance") or of.quantity in found or len(values) != 1:
+        return None
+    said = Choice("columns", (sheet.name_for_asking(values[0]),), of.quantity)
+    unit = Choice("units", (of.unit or unit_of_small_letters(named[0]) or "...",), of.quantity)
+    return Fault(
+        f'column "{sheet.names[at]}" says of every row that it is of "{named[0]}", which "{sheet.names[values[0]]}" may hold',
+        sheet.text.path,
+        sheet.header_line or None,
+        at + 1,
+        advice=f"If so: {said} {unit}",
+    )

@@ -9,6 +9,7 @@ from decimal import Decimal
 import numpy as np
 
 from calib.errors import in_shell
+from calib.lab.instruments.brackets import unit_of_a_whole
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.numbers import numbers_in
 from calib.lab.instruments.sheet import Sheet
@@ -91,7 +92,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         if np.all(steps == 1) and np.all(values % 1 == 0):
             counter = index if counter is None else counter
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
-            own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time")
+            own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time") or unit_of_a_whole(sheet.names[index])
             own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
             rising = index, own or unit_of_numbers(float(values[0])) or _unit_of_fractions(values)
             falls = _where_it_falls(sheet, index)

@@ -11,6 +11,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import WITHOUT, read_clock
+from calib.lab.instruments.clock_form import form_by_point
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.last_parts import with_last_parts
 from calib.lab.instruments.numbers import to_numbers
@@ -102,6 +103,11 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
                 f'"{name}": "{first}" is read as hours, minutes and seconds without marks, {next(c for c in bare if c)}'
             )
             columns[index] = bare
+        by_point = form_by_point(reading.units.get("time", "") or unit)
+        if by_point and not any(":" in cell for cell in columns[index]):
+            columns[index], note = _with_colons(sheet, index, columns[index], by_point)
+            notes.append(note)
+            continue
         sixtieths = (
             _sixtieths(columns[index]) if is_unit_of(unit or "?", "time") and lab_factor(unit, "time") == _MINUTE else None
         )
@@ -306,6 +312,32 @@ def _sixtieths(cells: Sequence[str]) -> list[str] | None:
     usual = float(np.median(steps[~full]))
     off = np.abs(steps - usual)
     return found if 0 < usual <= _LARGEST_STEP and np.all(steps >= 0) and np.all(off[full] <= 1 + _EVEN * usual) else None
+
+
+def _with_colons(sheet: Sheet, index: int, cells: Sequence[str], form: str) -> tuple[list[str], str]:
+    """Times that are said to be minutes with seconds behind their point, or hours with minutes, as clocks, and the note on it.
+
+    Raises
+    ------
+    InputError
+        If one is none, as its second part is of another length or passes 59.
+    """
+    matches = [_MINUTES.fullmatch(cell.strip()) for cell in cells]
+    first, second = ("minutes", "seconds") if form == "min.s" else ("hours", "minutes")
+    odd = next((k for k, (c, m) in enumerate(zip(cells, matches, strict=True)) if c.strip() and m is None), None)
+    name = sheet.names[index] or f"column {index + 1}"
+    if odd is not None:
+        message = (
+            f'column "{name}": "{cells[odd].strip()[:40]}" is no time of {first} and two digits of {second} behind the point'
+        )
+        advice = (
+            f"If they are decimals of {first}, --units time={form.split('.')[0]}; else write them with a colon and all digits, "
+            f'as "1:05", and say --units time={form.replace(".", ":")}'
+        )
+        raise InputError(Fault(message, sheet.text.path, int(sheet.lines[odd]), index + 1, advice=advice))
+    found = [f"{int(match['m'])}:{match['s']}" if match is not None else "" for match in matches]
+    at = next((k for k, clock in enumerate(found) if clock.strip("0:")), 0)
+    return found, f'"{name}": "{cells[at].strip()}" is read as {first} and {second}, {found[at]}, as its unit says'
 
 
 def _of_stopwatch(cells: Sequence[str]) -> list[str] | None:

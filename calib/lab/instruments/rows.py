@@ -30,6 +30,7 @@ from calib.lab.instruments.lines import (
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, parse_number
 from calib.lab.instruments.quotes import is_misquoted
+from calib.lab.instruments.remarks_apart import with_remarks_apart
 from calib.lab.instruments.results import results_below
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import shifted_rows
@@ -78,6 +79,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     InputError
         If there are no rows, text stands among them, they do not fit the header, or another table follows.
     """
+    sheet = with_remarks_apart(sheet, start)
     keys = [i for i, h in sheet.headings.items() if h.quantity != "status"]
     table = _regular_table(sheet, start, keys)
     if table is None:

@@ -11,7 +11,14 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.alone_in_unit import alone_in_unit
-from calib.lab.instruments.brackets import tidy, unit_of_capitals, unit_of_small_letters, usual_case, without_brackets
+from calib.lab.instruments.brackets import (
+    ends_without_unit,
+    tidy,
+    unit_of_capitals,
+    unit_of_small_letters,
+    usual_case,
+    without_brackets,
+)
 from calib.lab.instruments.by_function import by_function
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
@@ -150,7 +157,8 @@ class Sheet:
         cut = without_brackets(tidy(self.names[column]))
         inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
         tail = re.search(r"[\s_,:|/]([^\s_,:|/]+)$", self.names[column].strip())
-        written = tail[1] if tail is not None and looks_like_unit(tail[1]) else ""
+        ends = tail is not None and looks_like_unit(tail[1]) and not ends_without_unit(self.names[column])
+        written = tail[1] if tail is not None and ends else ""
         return self.unit_below(column) or (inside[-1] if inside else written)
 
     def name_for_asking(self, column: int) -> str:

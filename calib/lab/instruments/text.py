@@ -220,13 +220,16 @@ def read_lab_text(path: Path) -> LabText:
     text, unseen = _without_the_unseen(text)
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
     text, plain = with_plain_characters(text)
-    if "D" in text and ("D+" in text or "D-" in text):
+    fortran: tuple[str, ...] = ()
+    if any(exponent in text for exponent in ("D+", "D-", "d+", "d-")) and (first := _FORTRAN.search(text)) is not None:
+        shown = re.split(r"[^\w.,+-]", text[max(0, first.start() - 20) : first.end() + 3])[-1]
+        fortran = (f'exponents as Fortran writes them are read, as in "{shown}"',)
         text = _FORTRAN.sub("E", text)
     if any(blank in text for blank in _HARD_BLANKS):
         text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)
     text, notes = _as_cells(text)
-    notes = (*(["colours of a terminal are left out"] if b"\x1b[" in data else []), *notes)
+    notes = (*fortran, *(["colours of a terminal are left out"] if b"\x1b[" in data else []), *notes)
     lines = _with_whole_cells(text.split("\n"))
     if max(map(len, lines)) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)

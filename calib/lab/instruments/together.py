@@ -7,7 +7,15 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 
-from calib.lab.instruments.brackets import are_counts, is_commanded, no_record, tidy, without_brackets, words_in
+from calib.lab.instruments.brackets import (
+    are_counts,
+    ends_without_unit,
+    is_commanded,
+    no_record,
+    tidy,
+    without_brackets,
+    words_in,
+)
 from calib.lab.instruments.lexicon import LEAST, MEASURED, MOST, QUALIFIERS, SPREADS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
@@ -19,12 +27,8 @@ _THEIR_PARTS = re.compile(r"(?:(?:tv|stamp)[ _.])?(?:[mun]secs?|nanosecs?)", re.
 _OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
 # A unit behind a stroke, as in "Weg/mm"; "/s" may be a rate, which no reading is.
 _BY_STROKE = re.compile(r"(?:[^/]*[\s_.-])?(?P<last>[^\W\d_]{3,}) ?/ ?(?P<unit>[^\W\d_]+)")
-# A word behind these, or called as a unit, is none: "Seconds of the hour", "seconds_of_hour", "Digital micrometer".
-_NO_UNIT = re.compile(
-    r"(?:(?<![^\W_])(?:of|per|by|from|since|after|der|des|pro|seit|del|della|dell|de|du|da|do|dans|par|por|le|la|l|el|il|the|a)"
-    r"[\s_'’]+[^\W\d_]{3,}|[^\W\d_][\s_]+mi[ck]rom(?:eter|etre|ètre|etro))$",
-    re.IGNORECASE,
-)
+# An instrument that is called as a unit: "Digital micrometer".
+_INSTRUMENT = re.compile(r"[^\W\d_][\s_]+mi[ck]rom(?:eter|etre|ètre|etro)$", re.IGNORECASE)
 _QUANTITIES = ("displacement", "force", "capacitance")
 
 
@@ -115,7 +119,7 @@ def unit_in(name: str) -> str:
     of_reading = by_stroke is not None and any(is_unit_of(by_stroke["unit"], quantity) for quantity in _QUANTITIES)
     if by_stroke is not None and of_reading and not looks_like_unit(by_stroke["last"]) and not are_counts(by_stroke["last"]):
         return by_stroke["unit"]
-    if _NO_UNIT.search(name):
+    if ends_without_unit(name) or _INSTRUMENT.search(name):
         return inside[-1] if inside else ""
     tail = re.split(r"[\s_,:|]+", name)[-1:]
     return inside[-1] if inside else next((word for word in tail if looks_like_unit(word)), "")

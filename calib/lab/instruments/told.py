@@ -66,7 +66,9 @@ _RATE = re.compile(r"rate|freq|\bfs\b|takt", re.I)
 _INTERVAL = re.compile(r"interval|period|\bstep|schritt|time|zeit|takt|pas\b", re.I)
 _MOST = re.compile(
     r"(?<![^\W_])(?:max(?:\.|im\w*)?|peak|höchst\w*|spitzen\w*|f[ _-]?max|massim\w*|máxim\w*|pico|"
-    r"picco)(?![^\W_])|最大|max(?=[a-z]* ?(?:force|load|kraft))",
+    r"picco|(?:larg|high|great|bigg)est|gr(?:ö|oe)(?:ß|ss)te?\w*|plus (?:grande?|haute?|élevée?|forte?)|mayor|m[áa]s alt[oa]|"
+    r"maggiore|pi[ùu] (?:alt[oa]|grande)|grootste|hoogste|największ\w+|största|högsta)(?![^\W_])|"
+    r"最大|max(?=[a-z]* ?(?:force|load|kraft))",
     re.I,
 )
 # "C0", "Cnom", "Capacitance", and what a capacitance is beside words such as "nominal", "at rest" and "of the sensor".

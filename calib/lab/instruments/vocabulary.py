@@ -11,6 +11,8 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
     LONGEST,
+    RATED,
+    ends_without_unit,
     factor_in,
     index_in,
     is_factor,
@@ -20,9 +22,11 @@ from calib.lab.instruments.brackets import (
     kind_of_unit,
     leading_factor,
     no_record,
+    not_now,
     parted,
     says_sense,
     tidy,
+    unit_of_a_whole,
     without_brackets,
     without_conditions,
     words_in,
@@ -61,12 +65,13 @@ _NAMES_OF_UNITS = ("millis", "micros")
 # How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
 _REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
 _CAPACITY = re.compile(
-    rf"(?P<name>.*[^\W\d_])[\s_,-]+(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
+    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{RATED}|range|messbereich)[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
+    rf"(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
 # What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
 _FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
-# How a time of day is written: "mm:ss:ff", "h:min:s".
-_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
+# How a time of day is written: "mm:ss:ff", "h:min:s", "min,s".
+_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}|(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # Of which run or specimen a column is, behind its unit: "Time (s) S1", "Force [N] run 2".
 _OF_A_RUN = re.compile(
     r"(?P<name>.+[)\]])[\s_]*(?:s|p|specimen|sample|run|test|trial|rep|probe|prüfling|essai|prova|muestra)[\s_.#-]*(?P<index>\d{1,2})$",
@@ -133,14 +138,15 @@ _SPELLED_UNIT = re.compile(
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
-    (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
-    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
+    (r"stiffness|steifigk|raideur|rigidez|\bspring (?:rate|constant)|feder(?:rate|konstante)", "a stiffness: not used"),
     (
         r"speed|velocity|\brates?\b|(?:mess|abtast|dehn|kraft|weg|last|sample|strain|load|data|scan)rate\b|geschwindigkeit|vitesse",
         "a rate: not used",
     ),
+    (r"stress|spannung|contrainte|pressure|(?<!ein)druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
+    (r"strain|(?<!aus)dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
     (r"r[eé][sz]onan", "a frequency of resonance, no capacitance without the inductance of its circuit: not used"),
-    (r"energy|work|energie|arbeit", "an energy: not used"),
+    (r"energy|\bwork\b|energie|arbeit", "an energy: not used"),
     (r"^row ?names?$", "names of the rows: not used"),
 )
 # Names of one letter mean many things; their unit decides.
@@ -337,6 +343,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
     tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
+    tail = tail or (unit_of_a_whole(outside) if quantity == "time" else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
@@ -561,7 +568,7 @@ def _bare(outside: str) -> str:
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
     match = _TAIL.match(_bare(outside)) if len(outside) <= LONGEST else None
-    if match is None or match["unit"] in _NO_TAIL:
+    if match is None or match["unit"] in _NO_TAIL or ends_without_unit(outside):
         return
     miscased = len(match["unit"]) > 1 and any(may_be_meant(match["unit"], quantity) for quantity in NEEDS_UNIT)
     if looks_like_unit(match["unit"]) or miscased:
@@ -593,6 +600,10 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
     written = [b for b in inside if b]
     fitting = [m for m in readings if any(is_unit_of(b, m.quantity) for b in (*written, unit_below) if b)]
     if not fitting and len(readings) > 1:
+        # A unit in another case tells which of several it is, and is asked about: "f_mn".
+        meant = [m for m in readings if any(may_be_meant(b, m.quantity) for b in (*written, unit_below) if b)]
+        readings = meant if len({m.quantity for m in meant}) == 1 else readings
+    if not fitting and len(readings) > 1:
         other = kind_of_unit(unit_below or (written[-1] if written else ""), charge=name in ("q", "charge"))
         if other:
             return f"{other}: not used"
@@ -615,7 +626,9 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             return reason
     for bracket in written:
         clock = quantity == "time" and _CLOCK_FORM.fullmatch(bracket)
-        if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (reason := no_record(bracket)):
+        if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (
+            reason := not_now(bracket) or no_record(bracket)
+        ):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
     if unit is None and not (unit_doubt or unit_below) and name in _NAMES_OF_UNITS:
@@ -646,6 +659,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             name_doubt = f'"{bracket}" may mean that the sign is lost'
         elif (
             is_remark(bracket)
+            or (plain in ("t", "time") and any(is_unit_of(b, quantity) for b in (*written, unit_below) if b))
             or is_wiring(bracket)
             or says_sense(bracket)
             or any(m.quantity == quantity for m in meanings(plain, (), ""))
@@ -714,11 +728,13 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     """Why a name that means no quantity is not read."""
     if _SETTING.fullmatch(name):
         return "a range of the instrument: not used"
+    if (function := FUNCTION.search(name)) is not None:
+        return f'"{function[0]}" makes it a function of a reading: not used'
     for pattern, reason in _KNOWN_BY_WORDS:
         if re.search(pattern, name):
             return reason
     for text in (name, *brackets):
-        if not looks_like_unit(text) and (reason := no_record(text)):
+        if not looks_like_unit(text) and (reason := not_now(text) or no_record(text)):
             return reason
     if axis := other_axis(name):
         return f"axis {axis}: not used"

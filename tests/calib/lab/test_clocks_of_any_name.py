@@ -280,3 +280,19 @@ def test_seconds_within_a_minute_are_no_time(tmp_path: Path) -> None:
 
     assert "time" not in read(tmp_path, "min,sec,msec", cell).columns
     assert "time" not in read(tmp_path, "Secs,Remark", lambda i: f"{stamp(i).second},{i % 7}").columns
+
+
+@pytest.mark.parametrize("day", ["2026-03-01 ", "01.03.2026 ", "2026/03/01 ", ""])
+def test_numbers_behind_a_date_and_a_time_without_names_are_refused_with_options_that_read_them(
+    tmp_path: Path, day: str
+) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("".join(f"{day}10:00:{0.1 * k:06.3f} {97.1 + 0.01 * k:.2f}\n" for k in range(60)))
+    with pytest.raises(InputError) as error:
+        read_lab_file(path)
+    columns = {"time": "2", "capacitance": "3"} if day else {"time": "1", "capacitance": "2"}
+    (fault,) = error.value.faults
+    assert " ".join(f"--columns {quantity}={k}" for quantity, k in columns.items()) in fault.advice
+    table = read_lab_file(path, Reading(columns=columns, units={"capacitance": "pF"}))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * (97.1 + 0.01 * np.arange(60)))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=1e-6)

@@ -861,3 +861,21 @@ def test_of_cells_that_share_the_load_equally_the_sum_is_asked_about(tmp_path: P
     assert f'"{names[2]}" is the sum of' in str(error)
     table = read(tmp_path, columns, columns={"force": names[2]})
     np.testing.assert_allclose(table.columns["force"], force_of(F))
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("Stiffness (N/mm)", "a stiffness: not used"),
+        ("Slope (N/mm)", "a stiffness: not used"),
+        ("Federrate (N/mm)", "a stiffness: not used"),
+        ("Spring rate (kN/m)", "a stiffness: not used"),
+        ("Strain rate (1/s)", "a rate: not used"),
+        ("Stress (N/mm²)", "a stress or pressure: not used"),
+        ("ln F", '"ln" makes it a function of a reading: not used'),
+        ("log10(F)", '"log10" makes it a function of a reading: not used'),
+        ("F^2", '"^2" makes it a function of a reading: not used'),
+    ],
+)
+def test_the_reason_why_a_column_is_not_read_is_true(name: str, reason: str) -> None:
+    assert why_unread(name) == reason

@@ -117,3 +117,30 @@ def test_only_a_share_of_a_length_is_offered_as_a_displacement(tmp_path: Path, s
     with pytest.raises(InputError, match="no displacement column") as raised:
         read_lab_file(path)
     assert (f"displacement={share}" in str(raised.value)) == offered
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Load 100ths N",
+        "Load 1/100ths N",
+        "Load hundredths of N",
+        "Force thousandths (N)",
+        "Load x10^-2 N",
+        "Kraft Hundertstel N",
+        "Force dixièmes de N",
+        "Fuerza centésimas N",
+        "Forza centesimi N",
+        "Load tens of N",
+    ],
+)
+def test_parts_of_a_unit_in_words_are_asked_about_though_the_column_is_said(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="the factor"):
+        read(tmp_path, name, Reading(columns={"force": name}))
+    table = read(tmp_path, name, Reading(columns={"force": name}, units={"force": "0.01 N"}))
+    np.testing.assert_allclose(table.columns["force"], 0.01 * FORCE, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["Force 10th run (N)", "Load cell 100 (N)", "Decimation force (N)"])
+def test_numbers_of_other_things_are_no_parts_of_a_unit(name: str) -> None:
+    assert "the factor" not in heading_as("force", name).unit_doubt

@@ -264,3 +264,35 @@ def test_the_reason_of_a_row_shows_what_a_spreadsheet_has_in_place_of_a_number(t
     rows = [f"{i * 0.1:.1f},{i * 0.01:.2f},{cell if i == 20 else f'{i * i * 0.001:.3f}'}" for i in range(40)]
     path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows]) + "\n", encoding="utf-8")
     assert read_lab_file(path).reasons[20] == f"no number, {cell}: force"
+
+
+def marked(tmp_path: Path, delimiter: str, remarks: dict[int, str]) -> LabTable:
+    """The press with these words behind some of its rows."""
+    cells = [[f"{0.1 * k:.1f}", f"{x:.4f}", f"{4 * max(x - 0.15, 0.0) ** 1.5:.4f}"] for k, x in enumerate(WAY.tolist())]
+    rows = [f"{delimiter.join(row)}{remarks.get(k, '')}" for k, row in enumerate(cells)]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([delimiter.join(["time_s", "disp_mm", "force_N"]), *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
+@pytest.mark.parametrize("remark", [" # touch", "# touch, then on", " // Kontakt", " <- turn", " ; pause"])
+def test_a_remark_behind_a_row_is_named_and_takes_no_reading(tmp_path: Path, delimiter: str, remark: str) -> None:
+    if delimiter == ";" and ";" in remark:
+        return
+    table = marked(tmp_path, delimiter, {10: remark, 60: " # off"})
+    np.testing.assert_allclose(table.columns["force"], 4 * np.maximum(WAY - 0.15, 0) ** 1.5, atol=1e-4)
+    assert not any(table.reasons)
+    assert any(f'the first is "{remark.strip()}" (line 12)' in note for note in table.notes)
+
+
+def test_a_remark_behind_a_row_that_speaks_of_its_readings_is_obeyed(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="another unit or range"):
+        marked(tmp_path, ",", {50: " # force now in mN"})
+    assert any("a zero was set anew" in note for note in marked(tmp_path, ",", {50: " # tare"}).notes)
+
+
+@pytest.mark.parametrize("remark", [" # 0.5", " 0.5", "#"])
+def test_numbers_behind_a_row_are_no_remark(tmp_path: Path, remark: str) -> None:
+    with pytest.raises(InputError):
+        marked(tmp_path, ",", {50: remark})

@@ -91,3 +91,41 @@ def test_seconds_with_marks_between_thousands_are_none_of_a_stopwatch(tmp_path: 
     path.write_text("\n".join(["Time (s);Displacement (mm);Force (N)", *rows, ""]), encoding="utf-8")
     with pytest.raises(InputError):
         read_lab_file(path)
+
+
+# ------------------------------------------------------------------------------------------------- where the unit says so
+
+
+@pytest.mark.parametrize("name", ["Time (min.s)", "Time (min:s)", "Zeit [mm.ss]", "Time (min,s)", "Time (minutes.seconds)"])
+def test_minutes_and_seconds_behind_a_point_are_read_as_their_unit_says(tmp_path: Path, name: str) -> None:
+    seconds = np.arange(N) // 3
+    table = read(tmp_path, [f"{s // 60}.{s % 60:02d}" for s in seconds], name)
+    assert np.array_equal(table.columns["time"], seconds)
+    assert any("is read as minutes and seconds" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("unit", ["min.s", "min:s"])
+def test_minutes_and_seconds_behind_a_point_are_read_as_asked(tmp_path: Path, unit: str) -> None:
+    seconds = 40 * np.arange(N)
+    time = [f"{s // 60}.{s % 60:02d}" for s in seconds]
+    for name in ("Time (min)", "Time (min.s)", "Time"):
+        assert np.array_equal(read(tmp_path, time, name, Reading(units={"time": unit})).columns["time"], seconds)
+
+
+def test_hours_and_minutes_behind_a_point_are_read_as_their_unit_says(tmp_path: Path) -> None:
+    minutes = 7 * np.arange(N)
+    table = read(tmp_path, [f"{m // 60}.{m % 60:02d}" for m in minutes], "Time (h.min)")
+    assert np.array_equal(table.columns["time"], 60 * minutes)
+
+
+def test_what_is_no_minute_with_seconds_is_refused_with_advice_that_works(tmp_path: Path) -> None:
+    time = [f"{0.07 * k:.2f}" for k in range(N)]
+    with pytest.raises(InputError, match=r'"0\.63" is no time of minutes and two digits of seconds.*--units time=min; else'):
+        read(tmp_path, time, "Time (min.s)")
+    decimal = read(tmp_path, time, "Time (min.s)", Reading(units={"time": "min"}))
+    assert np.allclose(decimal.columns["time"], 60.0 * np.array(time, float))
+
+
+def test_digits_that_a_spreadsheet_dropped_are_asked_for(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="two digits of seconds"):
+        read(tmp_path, [f"{s // 60}.{s % 60:02d}".rstrip("0") for s in 5 * np.arange(1, N + 1)], "Time (min.s)")

@@ -78,3 +78,138 @@ def test_words_of_more_less_or_another_are_no_record_by_their_unit_alone(tmp_pat
 def test_a_meter_that_shows_how_far_it_is_from_a_reference_shows_no_capacitance(tmp_path: Path, above: str) -> None:
     with pytest.raises(InputError, match="how far it is from a reference"):
         read(tmp_path, "Time (s)", "Weg (mm)", "Force (N)", "Cap (pF)", above=above)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Force to go (N)", 2),
+        ("Displacement last run (mm)", 1),
+        ("Force of previous cycle (N)", 2),
+        ("Remaining travel (mm)", 1),
+        ("distance_to_go_mm", 1),
+        ("Distance to target (mm)", 1),
+        ("Restweg (mm)", 1),
+        ("Verbleibender Weg (mm)", 1),
+        ("Kraft letzter Versuch (N)", 2),
+        ("Course restante (mm)", 1),
+        ("Fuerza anterior (N)", 2),
+        ("Old force (N)", 2),
+        ("Cp prev (pF)", 3),
+        ("Time to go (s)", 0),
+        ("Force (last run) (N)", 2),
+    ],
+)
+def test_what_is_left_or_of_another_run_is_no_record_of_this_one(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    assert ["time", "displacement", "force", "capacitance"][place] not in table.columns
+    assert any("may be what is left, or of another run" in str(of) for of in table.unread)
+
+
+@pytest.mark.parametrize(
+    "names", [("Zeit (s)", "Weg (mm)", "Last (N)", "C (pF)"), ("Temps (s)", "Course (mm)", "Last/Load (N)", "C (pF)")]
+)
+def test_a_load_that_is_called_last_is_one(tmp_path: Path, names: tuple[str, ...]) -> None:
+    assert read(tmp_path, *names).sources["force"] == names[2]
+
+
+@pytest.mark.parametrize("words", ["Last Run ", "Last run: ", "Latest "])
+def test_the_run_that_all_columns_are_of_is_passed_by(tmp_path: Path, words: str) -> None:
+    table = read(tmp_path, *(f"{words}{name}" for name in ("Time (s)", "Displacement (mm)", "Force (N)", "Cp (pF)")))
+    assert {"time", "displacement", "force", "capacitance"} <= set(table.columns)
+
+
+def read_both(folder: Path, first: str, second: str, shift: float, reading: Reading | None = None) -> LabTable:
+    """A press with two columns of a capacitance, the second of which is off by `shift` pF."""
+    rows = [f"{0.1 * k:.1f};{x};{0.5 * x**1.5:.4f};{8 + x * x:.4f};{8 + shift + x * x:.4f}" for k, x in enumerate(DEPTH)]
+    path = folder / "press.csv"
+    path.write_text("\n".join([f"Time (s);Weg (mm);Force (N);{first};{second}", *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("Cp raw (pF)", "Cp open/short corr. (pF)"),
+        ("Cp (pF)", "Cp open/short corr. (pF)"),
+        ("C_meas (pF)", "C_corr (pF)"),
+        ("Cp uncorrected (pF)", "Cp (pF)"),
+        ("Cp unkorrigiert (pF)", "Cp korrigiert (pF)"),
+        ("Cp brute (pF)", "Cp corrigée (pF)"),
+        ("Cp roh (pF)", "Cp (pF)"),
+    ],
+)
+def test_a_raw_capacitance_beside_a_corrected_one_is_a_choice_where_they_differ(
+    tmp_path: Path, first: str, second: str
+) -> None:
+    with pytest.raises(InputError, match="2 columns may be the capacitance"):
+        read_both(tmp_path, first, second, 0.3)
+    table = read_both(tmp_path, first, second, 0.3, Reading(columns={"capacitance": second}))
+    np.testing.assert_allclose(table.columns["capacitance"][0], 8.3e-12)
+    alike = read_both(tmp_path, first, second, 0.0)
+    np.testing.assert_allclose(alike.columns["capacitance"][0], 8e-12)
+    assert any("agrees with it" in note for note in alike.notes)
+
+
+@pytest.mark.parametrize(
+    "name", ["Seconds of day", "seconds_of_hour", "Sekunden des Tages", "Secondes du jour", "sec since midnight"]
+)
+def test_the_unit_of_a_time_that_is_of_a_whole_is_the_first(tmp_path: Path, name: str) -> None:
+    names = (name, "Weg (mm)", "Force (N)", "C (pF)")
+    (note,) = [note for note in read(tmp_path, *names).notes if "no time is read" in note]
+    assert f"--units time={name.split('_')[0].split(' ')[0].lower()}" in note
+    for units in ({}, {"time": "s"}, {"time": note.rpartition("=")[2]}):
+        table = read(tmp_path, *names, reading=Reading(columns={"time": name}, units=units))
+        np.testing.assert_allclose(table.columns["time"], 0.1 * np.arange(N))
+
+
+def test_a_time_of_day_in_numbers_is_asked_for_its_unit(tmp_path: Path) -> None:
+    names = ("Time of day", "Weg (mm)", "Force (N)", "C (pF)")
+    assert any('"time=Time of day" --units time=s' in note for note in read(tmp_path, *names).notes)
+    with pytest.raises(InputError, match="has no unit"):
+        read(tmp_path, *names, reading=Reading(columns={"time": "Time of day"}))
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Kapazität bei 1 kHz (pF)", 3),
+        ("Capacité à 1 kHz et 1 V (pF)", 3),
+        ("Kapazität gemessen bei 1 kHz (pF)", 3),
+        ("Pojemność przy 1 kHz (pF)", 3),
+        ("Capacitance, parallel, 1 V (pF)", 3),
+        ("Capacitance pF (range 1 nF)", 3),
+        ("Cp (Bereich 1 nF) (pF)", 3),
+        ("Sensor at 1 kHz, 1 V (pF)", 3),
+        ("Kapazität (gemessen) [pF]", 3),
+        ("C(t) (pF)", 3),
+        ("F(t) [N]", 2),
+        ("s(t) [mm]", 1),
+        ("Force measured by the 10 N load cell (N)", 2),
+        ("Kraft gemessen mit 10 N Kraftmessdose (N)", 2),
+        ("Force (N) range 10 N", 2),
+        ("Force (nominal 50 N) (N)", 2),
+        ("Force nominal 50 N (N)", 2),
+        ("Kraft (Nennlast 50 N) [N]", 2),
+    ],
+)
+def test_settings_and_instruments_in_a_name_change_nothing(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    expected = [0.1 * np.arange(N), np.array(DEPTH) * 1e-3, 0.5 * np.array(DEPTH) ** 1.5, (8 + np.array(DEPTH) ** 2) * 1e-12]
+    quantity = ["time", "displacement", "force", "capacitance"][place]
+    np.testing.assert_allclose(table.columns[quantity], expected[place], rtol=1e-3, atol=1e-3 if quantity == "force" else 0)
+
+
+@pytest.mark.parametrize("name", ["Cap two sensors parallel (pF)", "Nominal force (N)", "Capacitance, series, 1 V (pF)"])
+def test_what_is_another_reading_by_its_name_is_still_none(tmp_path: Path, name: str) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[2 if "force" in name else 3] = name
+    if "series" in name:
+        with pytest.raises(InputError, match="is a series capacitance"):
+            read(tmp_path, *names)
+    else:
+        assert any(name in str(of) for of in read(tmp_path, *names).unread)

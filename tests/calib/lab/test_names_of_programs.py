@@ -317,3 +317,48 @@ def test_a_joined_n_beside_another_direction_is_no_newton(tmp_path: Path, across
     with pytest.raises(InputError, match='"N" may be the direction'):
         read(tmp_path, header, TIME, DEPTH, FORCE, FORCE)
     assert "force" in read(tmp_path, header, TIME, DEPTH, FORCE, FORCE, reading=Reading(units={"force": "N"})).columns
+
+
+@pytest.mark.parametrize(
+    ("header", "field", "value"),
+    [("_time,_field,_value", "capacitance_pF", "_value"), ("last_changed,entity_id,state", "sensor.capacitance_pf", "state")],
+)
+def test_the_one_quantity_that_a_database_names_in_each_row_is_asked_for_by_options_that_read_it(
+    tmp_path: Path, header: str, field: str, value: str
+) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"2026-03-01T10:00:{0.1 * k:06.3f}Z,{field},{97.1 + 0.01 * k:.2f}" for k in range(N)]
+    path.write_text("\n".join([header, *rows]) + "\n")
+    with pytest.raises(InputError, match=f"--columns capacitance={value} --units capacitance=p[fF]$") as error:
+        read_lab_file(path)
+    unit = str(error.value).rpartition("=")[2]
+    table = read_lab_file(path, Reading(columns={"capacitance": value}, units={"capacitance": unit}))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * (97.1 + 0.01 * np.arange(N)))
+    path.write_text("\n".join([header, *(row.replace(field, ("sensor.force_n", field)[k % 2]) for k, row in enumerate(rows))]))
+    with pytest.raises(InputError, match="each row holds one reading"):
+        read_lab_file(path)
+
+
+@pytest.mark.parametrize("name", ["f_mn", "F_mn", "fz_mn", "force_mn"])
+def test_a_unit_of_force_in_small_letters_that_may_be_another_is_asked_about(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="did you mean mN"):
+        read(tmp_path, f"t_s;z_mm;{name}", TIME, DEPTH, FORCE)
+    table = read(tmp_path, f"t_s;z_mm;{name}", TIME, DEPTH, FORCE, reading=Reading(units={"force": "mN"}))
+    np.testing.assert_allclose(table.columns["force"], 1e-3 * FORCE, atol=1e-7)
+
+
+def test_names_of_entities_are_read(tmp_path: Path) -> None:
+    table = read(tmp_path, "time_s;sensor.position_mm;sensor.force_n", TIME, DEPTH, FORCE)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_the_tool_of_a_robot_is_asked_for_its_units_along_z_alone(tmp_path: Path) -> None:
+    header = "timestamp;actual_TCP_pose_0;actual_TCP_pose_2;actual_TCP_force_0;actual_TCP_force_2"
+    columns = (TIME, 0.1 + 0 * DEPTH, DEPTH, 0.01 * FORCE, FORCE)
+    with pytest.raises(InputError) as error:
+        read(tmp_path, header, *columns)
+    assert {fault.choice.key for fault in error.value.faults if fault.choice} <= {"time", "displacement", "force"}
+    units = {"time": "s", "displacement": "mm", "force": "N"}
+    table = read(tmp_path, header, *columns, reading=Reading(units=units))
+    assert table.sources["force"].startswith("actual_TCP_force_2")
+    assert any("axis x: not used" in str(part) for part in table.unread)

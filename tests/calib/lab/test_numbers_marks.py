@@ -461,3 +461,32 @@ def test_whole_numbers_beside_thousands_are_asked_about_with_what_to_say(tmp_pat
     assert "--decimal" in refusal(path)
     table = read_lab_file(path, Reading(decimal="."))
     np.testing.assert_allclose(table.columns["displacement"], 1e-9 * (254 + 9021 * np.arange(N)))
+
+
+@pytest.mark.parametrize("rows", [slice(1, None, 2), slice(20, None), slice(7, 14)])
+@pytest.mark.parametrize("digits", [2, 4])
+def test_a_mark_that_changes_within_a_column_is_read_where_each_cell_shows_its_own(
+    tmp_path: Path, rows: slice, digits: int
+) -> None:
+    cells = [f"{97.301 + 0.0137 * i * i:.{digits}f}" for i in range(N)]
+    mixed = list(cells)
+    mixed[rows] = comma(cells)[rows]
+    path = written(tmp_path, "Time (s);Cp (pF)", TIME, mixed)
+    assert 'If each cell has a decimal mark of its own, --decimal "." reads it' in refusal(path)
+    table = read_lab_file(path, Reading(decimal="."))
+    assert capacitance(table) == [float(c) for c in cells]
+    assert any("has another decimal mark than most cells" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("odd", ["97,123", "1,097.12", "1,097,123"])
+def test_a_mark_that_changes_is_refused_where_one_may_set_thousands_apart(tmp_path: Path, odd: str) -> None:
+    cells = [f"{97.301 + 0.0137 * i * i:.4f}" for i in range(N)]
+    cells[9], cells[10] = "97,1234", odd
+    assert "the decimal mark cannot be told" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, cells))
+
+
+def test_exponents_of_fortran_are_read_with_a_note(tmp_path: Path) -> None:
+    cells = [f"{float(c):.4E}".replace("E", "D") for c in CAP]
+    table = read_lab_file(written(tmp_path, "Time (s);Cp (pF)", TIME, cells))
+    np.testing.assert_allclose(capacitance(table), [float(c) for c in CAP], rtol=1e-4)
+    assert f'exponents as Fortran writes them are read, as in "{cells[0]}"' in table.notes

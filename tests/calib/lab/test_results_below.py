@@ -81,3 +81,21 @@ def test_the_largest_of_all_columns_at_the_last_time_is_no_reading(tmp_path: Pat
 def test_a_press_that_goes_on_behind_a_blank_line_is_one(tmp_path: Path) -> None:
     table = read(tmp_path, [], rows=[*ROWS[:29], "", ROWS[29]])
     assert not any(table.reasons)
+
+
+@pytest.mark.parametrize(
+    "label",
+    ["Largest", "Highest value", "Größter Wert", "Kleinstwert", "Le plus grand", "El mayor", "Más alto", "Maggiore"],
+)
+def test_a_row_of_the_largest_or_the_smallest_is_one_of_results(tmp_path: Path, label: str) -> None:
+    table = read(tmp_path, [f"{label},0.6,3.26"])
+    used = [not reason for reason in table.reasons]
+    np.testing.assert_allclose(table.columns["force"][used], FORCE, atol=1e-9)
+    assert any(label in str(part) for part in table.unread) or any(label in reason for reason in table.reasons)
+
+
+@pytest.mark.parametrize("name", ["Largest force (N)", "Höchste Kraft (N)", "Smallest force (N)", "Maggiore forza (N)"])
+def test_the_largest_of_several_readings_is_no_record(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, [], header=f"{HEADER},{name}", rows=[f"{row},3.26" for row in ROWS])
+    assert table.sources["force"] == "Force (N)"
+    assert any(name in str(part) for part in table.unread)

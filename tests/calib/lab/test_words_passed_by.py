@@ -67,7 +67,7 @@ def test_a_row_of_units_in_the_chinese_of_taiwan_is_read(tmp_path: Path) -> None
         "Zeit (Systemzeit) [s];Weg (Traverse) [mm];Kraft (Kanal 1) [N]",
         "Time (UTC) [s];Displacement (motor) [mm];Force (S-beam) [N]",
         "Zeit (Messung) [s];Weg (Tauchspule) [mm];Kraft (DMS) [N]",
-        "Zeit (relativ);Weg (Druck);Kraft (gemessen)\n(s);(mm);(N)",
+        "Zeit (relativ);Weg (Druck);Kraft (Messdose)\n(s);(mm);(N)",
     ],
 )
 def test_words_in_brackets_that_change_nothing_are_passed_by(tmp_path: Path, header: str) -> None:
