@@ -26,6 +26,8 @@ _BARE, _LEADING = re.compile(r"[-+]?\d+\."), re.compile(r"[-+]?0\d+\.\d*")
 _PADDED, _FEW = "a zero before its first digit, where no other has", 0.01
 # Cells that a column must have, and how near to whole is whole.
 _FEWEST, _WHOLE = 12, 1e-4
+# Cells that show how many decimals a column has.
+_SEEN = 150
 
 
 def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[int, str]:
@@ -118,7 +120,7 @@ def _may_be_cut(values: FloatArray, own: int) -> BoolArray:
 
 def _usual_decimals(cells: Sequence[str], decimal: str) -> int:
     """How many decimals nearly all cells have; 0 if they differ."""
-    some = cells[:: max(1, len(cells) // 200)]
+    some = cells[:: 1 + len(cells) // _SEEN]
     counts = Counter(_decimals(c, decimal) for c in some if c.strip())
     if not counts:
         return 0

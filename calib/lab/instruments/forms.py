@@ -144,6 +144,8 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
         if sum(n for _, n in often) >= _NEARLY_ALL * forms.total() and not named:
             _refuse_in_turn(text, [form for form, _ in often])
         return None
+    if not _is_text(form):
+        return None
     is_plain = not any(map(_LETTER.search, form.literals))
     if named and not is_plain:
         return None
@@ -267,7 +269,8 @@ def _first_bracket(found: re.Match[str]) -> str:
 
 def _is_text(form: _Form) -> bool:
     """Whether more stands around the numbers than between the cells of a table, or not the same between all of them."""
-    kinds = {frozenset(literal.replace(" ", "")) or " " for literal in form.literals[1:-1]}  # "," and ",," are of one
+    # "," and ",," are of one kind, as are cells in quotes and those without.
+    kinds = {frozenset(literal) - {*" \"'"} for literal in form.literals[1:-1]}
     return len(kinds) > 1 or not all(map(_BETWEEN_CELLS.fullmatch, form.literals))
 
 
@@ -390,10 +393,11 @@ def _words_between(line: str, form: _Form, blanks: str) -> list[str]:
     """The words of a line between the same marks as numbers, between blanks so many; [] if it has others."""
     between = [rf"\s*{re.escape(mark)}\s*" if (mark := literal.strip(" ")) else blanks for literal in form.literals[1:-1]]
     first, last = form.literals[0].strip(), form.literals[-1].strip()
-    begin = _OPENED + (re.escape(first) + r"\s*" if first.strip("[(") else "")
+    opened, closed = (_OPENED if "(" in first or "[" in first else r"\s*"), (_CLOSED if last.strip(" ,;") else r"[\s,;]*")
+    begin = opened + (re.escape(first) + r"\s*" if first.strip("[(") else "")
     end = r"\s*" + re.escape(last) + (r"(?:\s*\\[a-z]+)?" if last.startswith("\\") else "") if last.strip("]),;") else ""
     name = rf"({_CLOCK}|\S(?:.{{0,60}}?\S)?)"
-    match = re.fullmatch(begin + name + "".join(text + name for text in between) + end + _CLOSED, line)
+    match = re.fullmatch(begin + name + "".join(text + name for text in between) + end + closed, line)
     found = [] if match is None else [name.strip("\"'` ") for name in match.groups()]
     # One blank parts names of one word alone.
     several = [" " in name and not _IS_CLOCK.fullmatch(name) for name in found]

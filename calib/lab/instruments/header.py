@@ -559,8 +559,8 @@ def _by_number(text: LabText, width: int, unknown: tuple[str, int, list[str]] | 
     """Options that say of columns what they are: those whose names have a unit of a press, else the first ones."""
     mark, header, names = unknown if unknown is not None else ("", 0, [])
     inside = [re.findall(r"[(\[]([^()\[\]]+)[)\]]", name) for name in names]
-    if names and all(map(looks_like_unit, below := split_line(text.lines[header + 1], mark))):
-        inside = [[unit] for unit in below]
+    if names and _are_units(below := split_line(text.lines[header + 1], mark)):
+        inside = [[unit.strip("[]() ")] for unit in below]
     of = {q: next((k for k, units in enumerate(inside, 1) if any(is_unit_of(u, q) for u in units)), 0) for q in RECORDED}
     if (of["displacement"] and of["force"]) or (of["time"] and of["capacitance"]):
         return " ".join(f"--columns {quantity}={k}" for quantity, k in of.items() if k)
@@ -575,6 +575,8 @@ def _by_number(text: LabText, width: int, unknown: tuple[str, int, list[str]] | 
 def unknown_header(text: LabText) -> tuple[str, int, list[str]] | None:
     """Delimiter, index and cells of the names right above the first rows of numbers, one for each, be they understood or not.
 
+    Names that stand there more than once are the numbers of their columns.
+
     Parameters
     ----------
     text : of a file in which no header is understood.
@@ -588,11 +590,16 @@ def unknown_header(text: LabText) -> tuple[str, int, list[str]] | None:
         found = [(i, split_line(without_comment_mark(text.lines[i], delimiter), delimiter)) for i in above]
         apart = next((k for k, (_, cells) in enumerate(found) if not _are_above(cells, row)), len(found))
         names = found[:apart]
-        if len(names) > 1 and all(looks_like_unit(cell) for cell in names[0][1] if cell):
+        if len(names) > 1 and _are_units(names[0][1]):
             names = names[1:]
-        if names and not all(looks_like_unit(cell) for cell in names[0][1] if cell):
-            return delimiter, *names[0]
+        if names and not _are_units(names[0][1]):
+            line, cells = names[0]
+            return delimiter, line, [name if cells.count(name) == 1 else str(k) for k, name in enumerate(cells, 1)]
     return None
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(looks_like_unit(cell.strip("[]() ")) for cell in cells if cell)
 
 
 def _are_above(names: Sequence[str], row: Sequence[str]) -> bool:

@@ -298,8 +298,13 @@ def last_digit(cells: Sequence[str], rows: IntArray) -> float:
     """
     powers: list[int] = []
     for row in rows[:: max(1, rows.size // _CELLS)].tolist():
+        cell = cells[row].strip().replace(",", ".")
+        whole, _, behind = cell.partition(".")
+        if behind.isdecimal() and whole.lstrip("+-").isdecimal():
+            powers.append(-len(behind))
+            continue
         try:
-            power = Decimal(cells[row].strip().replace(",", ".")).as_tuple().exponent
+            power = Decimal(cell).as_tuple().exponent
         except InvalidOperation:
             continue
         powers += [power] if isinstance(power, int) else []

@@ -21,8 +21,11 @@ _FEWEST, _LEAST = 40, 8
 # A block begins and ends with a leap of so many noises and such a share of the range, so many times the steps beside it; of so
 # many steps beside it the middle one is how the channel goes on. Where more leap, nothing is told.
 _NOISES, _SHARE, _STEPS, _BESIDE, _MOST = 8.0, 0.01, 2.0, 9, 60
-# Put round, the block goes on within so many noises and such a share of a step; the leaps are so many times as large.
+# Put round, the block goes on within so many noises and such a share of a step; the leaps are so many times as large, and as
+# any within it.
 _GOES_ON, _OF_STEP, _FARTHER = 4.0, 0.5, 2.5
+# The last digit is told by so many readings on either side, as rows may be rounded.
+_DIGIT = 12
 # Another channel leaps by less than such a share of its range where this one does, and goes with it outside of the block.
 _SHOWS, _GOES_WITH = 0.3, 0.5
 # Over so many readings on either side of a leap it does not turn, by such a share of its range.
@@ -94,11 +97,12 @@ def _block(y: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | Non
         ends = ends[(ends - i >= _LEAST) & (off[ends] * off[i] > 0)]
         for j in ends.tolist():
             ahead, behind = float(np.median(steps[i - 5 : i])), float(np.median(steps[j + 1 : j + 6]))
-            near = _GOES_ON * noise + _OF_STEP * max(abs(ahead), abs(behind))
+            digit = max(least_apart(y[max(e - _DIGIT, 0) : e + _DIGIT]) for e in (i, j))
+            near = _GOES_ON * max(noise, digit / 2) + _OF_STEP * max(abs(ahead), abs(behind))
             across = abs(y[j] - y[i] - ahead), abs(y[i + 1] - y[j + 1] + behind)
             if (
                 max(across) < near
-                and min(abs(off[i]), abs(off[j])) > _FARTHER * near
+                and min(abs(off[i]), abs(off[j])) > _FARTHER * max(near, float(np.max(np.abs(off[i + 1 : j]))))
                 and _contrary(y, i, j, others, alone=at.size == 2)
             ):
                 return i + 1, j

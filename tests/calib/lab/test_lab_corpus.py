@@ -347,16 +347,18 @@ def test_a_stray_line_spoils_no_other_line(tmp_path: Path, variant: Variant) -> 
     assert variant.oracle is not None
     rows = sorted(variant.truth)
     header = variant.lines[rows[0] - 2] if rows[0] > 1 else "Time"
-    for stray in (*STRAY, header):
-        for at in (rows[0], rows[len(rows) // 2], max(rows[-1] - 1, rows[0]), rows[-1]):  # 0-based index of the new line
-            lines = variant.lines
-            lines.insert(at, stray.format(variant.oracle.delimiter or " ") if "{0}" in stray else stray)
-            oracle = replace(variant.oracle, last=variant.oracle.last + 1)
-            data = variant.encoded(variant.newline.join(lines))
-            error = silent_error(tmp_path, data, variant, lines, oracle)
-            if at == rows[-1] and "holds a row" in error and f"line {at + 1} " in error:
-                error = ""  # below the table it may be a footer
-            assert error == "", f"{stray!r} as line {at + 1}"
+    places = (rows[0], rows[len(rows) // 2], max(rows[-1] - 1, rows[0]), rows[-1])  # 0-based indices of the new line
+    turn = SHORT.index(variant)  # so that each stray line stands at each place in some of the variants
+    for k, stray in enumerate((*STRAY, header)):
+        at = places[(k + turn) % len(places)]
+        lines = variant.lines
+        lines.insert(at, stray.format(variant.oracle.delimiter or " ") if "{0}" in stray else stray)
+        oracle = replace(variant.oracle, last=variant.oracle.last + 1)
+        data = variant.encoded(variant.newline.join(lines))
+        error = silent_error(tmp_path, data, variant, lines, oracle)
+        if at == rows[-1] and "holds a row" in error and f"line {at + 1} " in error:
+            error = ""  # below the table it may be a footer
+        assert error == "", f"{stray!r} as line {at + 1}"
 
 
 @named(SHORT)
@@ -364,7 +366,7 @@ def test_a_character_changed_among_the_rows_is_read_as_it_stands_or_refused(tmp_
     assert variant.oracle is not None
     rng = random.Random(variant.name)
     rows = sorted(variant.truth)
-    for _ in range(8):
+    for _ in range(4):
         lines = variant.lines
         index = rng.choice(rows) - 1
         line = lines[index]
@@ -392,7 +394,7 @@ def test_a_cell_with_something_else_in_it_is_no_reading(tmp_path: Path, variant:
         return
     rng = random.Random(variant.name)
     places = [i for i, c in enumerate(variant.layout.columns) if c.quantity in ESSENTIAL]
-    for token in rng.sample(TOKENS, 12):
+    for token in rng.sample(TOKENS, 6):
         try:
             token.encode(variant.encoding)
         except UnicodeEncodeError:
@@ -438,7 +440,7 @@ CUT = tuple(v for v in SHORT if "under the same names" not in v.name and v.name 
 @named(CUT)
 def test_a_file_cut_anywhere_gives_the_rows_that_are_left(tmp_path: Path, variant: Variant) -> None:
     rng = random.Random(variant.name)
-    _cut(tmp_path, variant, sorted(rng.sample(range(len(variant.data)), 10)))
+    _cut(tmp_path, variant, sorted(rng.sample(range(len(variant.data)), 5)))
 
 
 @named(
@@ -471,10 +473,14 @@ def _cut(tmp_path: Path, variant: Variant, places: list[int] | range) -> None:
         assert error == "", f"cut at byte {place}, the last line is {lines[-1]!r}"
 
 
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-be", "latin-1", "cp1252", "gbk", "shift_jis", "big5", "cp437")
+
+
 @named(SHORT)
 def test_the_same_text_in_another_encoding_gives_the_same_values_or_is_refused(tmp_path: Path, variant: Variant) -> None:
     assert variant.oracle is not None
-    for encoding in ("utf-8", "utf-8-sig", "utf-16", "utf-16-be", "latin-1", "cp1252", "gbk", "shift_jis", "big5", "cp437"):
+    # Each variant in half of them, each of them in half of the variants.
+    for encoding in ENCODINGS[SHORT.index(variant) % 2 :: 2]:
         try:
             data = variant.text.encode(encoding)
         except UnicodeEncodeError:
@@ -574,9 +580,9 @@ def test_what_the_user_says_besides_the_file_changes_nothing(tmp_path: Path, sai
 # ----------------------------------------------------------------------------------------------------------------------- fuzz
 
 
-def test_a_thousand_mutated_files_are_read_or_refused_and_nothing_else(tmp_path: Path) -> None:
-    outcome = fuzz(1000, seed=20240501, saved=tmp_path)
+def test_mutated_files_are_read_or_refused_and_nothing_else(tmp_path: Path) -> None:
+    outcome = fuzz(600, seed=20240501, saved=tmp_path)
     assert not outcome.failures, "\n".join(outcome.failures[:5])
-    assert outcome.read > 25
-    assert outcome.refused > 50
+    assert outcome.read > 15
+    assert outcome.refused > 30
     assert outcome.slowest < 2.0

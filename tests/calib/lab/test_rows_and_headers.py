@@ -69,7 +69,7 @@ def test_rows_with_a_time_of_day_and_without_a_header_are_refused_with_the_numbe
         read(tmp_path, rows)
     (fault,) = refused.value.faults
     assert fault.line == 1
-    assert "--columns time=1 --columns capacitance=2 --units capacitance=..., each" in fault.advice
+    assert "--columns time=1 --columns capacitance=2 --units capacitance=..." in fault.advice
     table = read(tmp_path, rows, Reading(columns={"time": "1", "capacitance": "2"}, units={"capacitance": "pF"}))
     np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * PRESS[:, 3], rtol=1e-6)
 
