@@ -22,6 +22,8 @@ _PERIODS, _WINDOW, _WINDOWS = (2, 3, 4), 24, 2
 # Levels are apart by so many scatters about them, of which chance makes one; by so much more than the channel changes over
 # one turn; by so many last digits; and by a share of the range.
 _SCATTERS, _PACES, _DIGITS, _SHARE = 4.0, 2.0, 4.0, 0.02
+# Where levels are so far apart, steps from row to row are so large a share of that, in so many of a window.
+_STEP, _LARGE_STEPS = 1 / 8, 4
 _IN_WORDS = {2: "two", 3: "three", 4: "four"}
 
 
@@ -87,26 +89,31 @@ def _in_turn(v: FloatArray, place: FloatArray | None) -> tuple[int, int, float] 
     if v.size < _WINDOW + _WINDOW // 2:
         return None
     least = max(_DIGITS * least_apart(v), _SHARE * float(np.ptp(v)))
+    large = np.concatenate([[0], np.cumsum(np.abs(np.diff(v)) > _STEP * least)])
+    begins = np.arange(0, v.size - _WINDOW + 1, _WINDOW // 2)
+    begins = begins[large[begins + _WINDOW - 1] - large[begins] >= _LARGE_STEPS]
+    if begins.size < _WINDOWS:
+        return None
     for period in _PERIODS:
-        own = _levels(v, period)
+        own = _levels(v, period, begins)
         shown = (own.apart > np.maximum(_SCATTERS * own.scatter, _PACES * (period - 1) * own.pace)) & (own.apart > least)
         if place is not None and np.any(shown):
-            drive = _levels(place, period)
+            drive = _levels(place, period, begins)
             to_and_fro = drive.apart > np.maximum(_SCATTERS * drive.scatter, 1.5 * (period - 1) * drive.pace)
             shown &= ~to_and_fro
         at = np.flatnonzero(shown)
         at = at[own.upper[at] == np.bincount(own.upper[at], minlength=period).argmax()]
         if at.size >= _WINDOWS:
-            return period, int(at[0]) * (_WINDOW // 2), float(np.median(own.apart[at]))
+            return period, int(begins[at[0]]), float(np.median(own.apart[at]))
     return None
 
 
-def _levels(v: FloatArray, period: int) -> _Levels:
-    """Fit, in windows of a channel, a bend and for each turn of a period a level that goes on straight."""
+def _levels(v: FloatArray, period: int, begins: IntArray) -> _Levels:
+    """Fit, in windows of a channel that begin at these rows, a bend and for each turn of a period a level that goes straight."""
     t = np.arange(_WINDOW) - (_WINDOW - 1) / 2
     turn = np.stack([np.arange(_WINDOW) % period == k for k in range(1, period)], axis=1).astype(np.float64)
     design = np.concatenate([np.stack([np.ones(_WINDOW), t, t**2], axis=1), turn, turn * t[:, None]], axis=1)
-    windows = np.lib.stride_tricks.sliding_window_view(v, _WINDOW)[:: _WINDOW // 2]
+    windows = np.lib.stride_tricks.sliding_window_view(v, _WINDOW)[begins]
     fitted = windows @ np.linalg.pinv(design).T
     scatter = np.sqrt(np.sum((windows - fitted @ design.T) ** 2, axis=1) / (_WINDOW - design.shape[1]))
     levels = np.concatenate([np.zeros((len(windows), 1)), fitted[:, 3 : 2 + period]], axis=1)

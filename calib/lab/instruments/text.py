@@ -83,6 +83,8 @@ _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
+# So many of its letters are looked at before all are.
+_LETTERS = 1000
 # A byte order mark of UTF-8, as it stands in a text that was read in another encoding and written in UTF-8.
 _MARK = {codecs.BOM_UTF8.decode(encoding): encoding for encoding in ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254")}
 # A cell as spreadsheet programs are made to keep it as it is written, ="0.50", in quotes of its own or without.
@@ -194,6 +196,19 @@ def require_readable(path: Path) -> None:
         raise InputError(Fault(f"has {size / 1e9:.1f} GB, too many for the record of a press", path, advice=_EXPORT))
 
 
+def _may_be_fortran(text: str) -> bool:
+    """Whether a sign stands behind a letter d, which few files have far below their header."""
+    for letter in "Dd":
+        at = text.find(letter)
+        for _ in range(_LETTERS):
+            if at < 0 or text[at + 1 : at + 2] in ("+", "-"):
+                break
+            at = text.find(letter, at + 1)
+        if at >= 0 and (f"{letter}+" in text or f"{letter}-" in text):
+            return True
+    return False
+
+
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
@@ -221,7 +236,7 @@ def read_lab_text(path: Path) -> LabText:
     unseen = unseen if whole == data else ("the mark by which DOS ends a file (0x1A) is left out", *unseen)
     text, plain = with_plain_characters(text)
     fortran: tuple[str, ...] = ()
-    if any(exponent in text for exponent in ("D+", "D-", "d+", "d-")) and (first := _FORTRAN.search(text)) is not None:
+    if _may_be_fortran(text) and (first := _FORTRAN.search(text)) is not None:
         shown = re.split(r"[^\w.,+-]", text[max(0, first.start() - 20) : first.end() + 3])[-1]
         fortran = (f'exponents as Fortran writes them are read, as in "{shown}"',)
         text = _FORTRAN.sub("E", text)
