@@ -109,7 +109,7 @@ def _in_turn(v: FloatArray, place: FloatArray | None) -> tuple[int, int, float] 
 
 
 def _levels(v: FloatArray, period: int, begins: IntArray) -> _Levels:
-    """Fit, in windows of a channel that begin at these rows, a bend and for each turn of a period a level that goes straight."""
+    """Fit, in windows of a channel that begin at these rows, a bend and for each turn of a period a straight level."""
     t = np.arange(_WINDOW) - (_WINDOW - 1) / 2
     turn = np.stack([np.arange(_WINDOW) % period == k for k in range(1, period)], axis=1).astype(np.float64)
     design = np.concatenate([np.stack([np.ones(_WINDOW), t, t**2], axis=1), turn, turn * t[:, None]], axis=1)
