@@ -28,6 +28,7 @@ from calib.lab.instruments.header import (
     unknown_header,
     without_comment_mark,
 )
+from calib.lab.instruments.json_lines import json_lines
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, is_comment, is_other_header, n_named, not_read
 from calib.lab.instruments.named_values import named_values
@@ -81,7 +82,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     """
     pairs = None if text.typed else named_values(text)
     if pairs is None and not text.typed:
-        pairs = of_one_form(text, reading)
+        pairs = json_lines(text) or of_one_form(text, reading)
     if pairs is not None:
         return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
     found = find_header(text, reading)

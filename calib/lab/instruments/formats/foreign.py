@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.forms import is_of_one_form
 from calib.lab.instruments.part import Format, Part
 from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
-_JSON = "a JSON file"
 _CSV = "Export a CSV file or an Excel workbook (.xlsx)"
-_FROM_JSON = f"{_CSV}; of a list of objects pandas makes one: pandas.read_json(file).to_csv(...)"
 # First bytes that are looked at.
 _HEAD = 4096
 _UNPACK = "Unpack it and name the file inside"
@@ -66,7 +62,6 @@ _MARKUP: tuple[tuple[re.Pattern[bytes], str, str], ...] = (
         "Open it in a spreadsheet program and save it as an Excel workbook (.xlsx), or export a CSV file",
     ),
     (re.compile(rb"^\s*<\?xml"), "an XML file", _CSV),
-    (re.compile(rb"^\s*[{\[]\s*(?:[{\[]|\"[^\"]*\"\s*:)"), _JSON, _FROM_JSON),
 )
 
 
@@ -85,26 +80,7 @@ def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
             return "a zip archive or workbook (.xlsx) that is damaged or cut short", "Save it again, or export a CSV file"
         return next((what, advice) for inside, what, advice in _INSIDE if not inside or any(n.endswith(inside) for n in names))
     bare = head.removeprefix(b"\xef\xbb\xbf")
-    found = next(((what, advice) for pattern, what, advice in _MARKUP if pattern.search(bare)), None)
-    return None if found is not None and found[0] == _JSON and _is_of_lines(bare) else found
-
-
-def _is_of_lines(head: bytes) -> bool:
-    """Whether a file that begins like JSON is a text of lines: rows of one form, or a table below the settings of a program."""
-    text = head.decode("utf-8", errors="replace")
-    lines = [line for line in text.splitlines()[: -1 if len(head) == _HEAD else None] if line.strip()]
-    if is_of_one_form(lines):
-        return True
-    behind = text.lstrip()
-    while behind[:1] in ("{", "["):
-        try:
-            _, end = json.JSONDecoder().raw_decode(behind)
-        except (ValueError, RecursionError):
-            return False
-        if not behind[end:].lstrip(" \t").startswith(("\n", "\r")):
-            return False
-        behind = behind[end:].strip()
-    return bool(behind)
+    return next(((what, advice) for pattern, what, advice in _MARKUP if pattern.search(bare)), None)
 
 
 def recognise(head: bytes, path: Path) -> bool:
