@@ -18,21 +18,21 @@ from models.sensor import FloatArray
 # Words before which, or after which, a meter's circuit is named.
 _OF_CIRCUIT = (
     r"(?:mode|modo|circuit|[eé]quiv\w*|schaltung|ersatzschalt\w*|function|func|para\w*|measure\w*|model|modell|mod[eè]le|"
-    r"montage|schéma|schemat|circuito)"
+    r"montage|schéma|schemat|circuito|equ|prim(?:ary)?|ser/par|imp)"
 )
 _AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
 _SERIES = re.compile(
     rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
     rf"\b(?:ser|series?|serie[ns]?|seriell|série|szeregow\w*|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
-    r"series capacitance|直列|串联",
+    r"series capacitance|pojemność szeregowa|直列|串联|串聯|\bcs(?:[dq]|rs|esr)\b|^\W*ser\W*$|\bcircuit\W+s\W*$",
     re.IGNORECASE,
 )
 _PARALLEL = re.compile(
     rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|parallelo|równoległ\w*|cp|lp)\b|"
-    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
+    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联|並聯|\bcp(?:[dqg]|rp)\b|^\W*par\W*$|\bcircuit\W+p\W*$",
     re.IGNORECASE,
 )
-_NAMES_PARALLEL = re.compile(r"\bcp|\bparallel|\bc par|并联|並列")
+_NAMES_PARALLEL = re.compile(r"\bcp|\bparallel|\bc par|并联|並列|並聯")
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,8 @@ def shows_deviations(sheet: Sheet, index: int) -> list[Fault]:
 
 
 _BESIDE = (
-    ("series", re.compile(r"\b(?:series?|serie[ns]?|seriell|série|ser|cs|ls|reihe\w*)\b|直列|串联", re.IGNORECASE)),
-    ("parallel", re.compile(r"\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|並列|并联", re.IGNORECASE)),
+    ("series", re.compile(r"\b(?:series?|serie[ns]?|seriell|série|ser|cs|ls|reihe\w*)\b|直列|串联|串聯", re.IGNORECASE)),
+    ("parallel", re.compile(r"\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|並列|并联|並聯", re.IGNORECASE)),
 )
 
 

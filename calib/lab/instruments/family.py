@@ -81,7 +81,8 @@ def capacitance_log(sheet: Sheet) -> str:
         return ""
     shown = ("capacitance", "capacitance_series", "dissipation", "status")
     names = [sheet.names[i] for i, h in found.items() if h.quantity in shown]
-    where = f"the header at line {sheet.header_line} names" if sheet.header_line else "as asked, the columns are"
+    unnamed = "as asked, the columns are" if sheet.assigned else "the columns are"
+    where = f"the header at line {sheet.header_line} names" if sheet.header_line else unnamed
     return f"{where} {', '.join(names)}"
 
 

@@ -118,7 +118,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
                 "cap cp | capacitance cp | c cp | cp ab | c parallel | c par | capacitance parallel | parallel cap",
-                "parallel c",
+                "parallel c | 并联电容 | 並聯電容 | 並列容量",
                 "cap | c | kap | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
                 "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
                 "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
@@ -129,7 +129,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "capacitance_series": (
                 "cs | series capacitance | cser | cap series | capacitance series | cap cs | capacitance cs",
                 "c cs | cs ab | c series | c ser | series cap | series c | reihenkapazität | serienkapazität",
-                "capacité série | 串联电容 | 直列容量",
+                "capacité série | pojemność szeregowa | 串联电容 | 串聯電容 | 直列容量",
             ),
             "dissipation": (
                 "d | dissipation | dissipation factor | d factor | d value",

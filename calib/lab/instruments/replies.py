@@ -74,6 +74,6 @@ def _sheet(text: LabText, names: Sequence[str], rows: list[list[str]], lines: li
 def time_cell(match: re.Match[str]) -> dict[str, str]:
     """The cell of the time that stands before a reply, by its header cell; nothing if none does.
 
-    A number without a unit would be refused; meters' hosts stamp seconds or a time of day.
+    A number has no unit, and may be a count: what it is is asked for.
     """
-    return {"Time (s)": match["time"].strip()} if match["time"] else {}
+    return {"Time": match["time"].strip()} if match["time"] else {}

@@ -32,7 +32,7 @@ _PARTS = {
     for word in listed.split()
 }
 _OF_TIMES = frozenset(
-    ["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der", "tv", "stamp"]
+    ["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der", "tv", "stamp", "header"]
 )
 _BESIDE = _OF_TIMES | {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
 _WHOLE_SECONDS = re.compile(
