@@ -79,7 +79,7 @@ def test_units_are_taken_from_where_they_stand(tmp_path: Path, layout: str, inde
 
 
 def lines(change: Callable[[int, dict[str, float]], dict[str, Any]]) -> str:
-    rows = [dict(zip(PRESS, row, strict=True)) for row in PRESS.itertuples(index=False, name=None)]
+    rows = [dict(zip(map(str, PRESS), row, strict=True)) for row in PRESS.itertuples(index=False, name=None)]
     return "\n".join(json.dumps(change(k, row)) for k, row in enumerate(rows)) + "\n"
 
 
