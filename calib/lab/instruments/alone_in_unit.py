@@ -78,7 +78,9 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
         cut = without_brackets(tidy(names[index])) if quantity == "capacitance" else None
         of_words = understand(_without_number(cut[0])) if cut is not None else None
         of = of_words.quantity if of_words is not None and of_words.quantity == "capacitance_series" else quantity
-        found[index] = Heading(of, 4 * PLAIN, " ".join(words_in(names[index])), own)
+        doubt = heading_as(quantity, names[index], below[index]).unit_doubt
+        doubt = doubt if doubt.startswith("two units") else ""
+        found[index] = Heading(of, 4 * PLAIN, " ".join(words_in(names[index])), own, unit_doubt=doubt)
     there = {h.quantity for h in found.values()} | (named & set(RECORDED))
     return found if len(there) > 1 and there != {"time"} else {}
 

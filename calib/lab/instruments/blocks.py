@@ -39,7 +39,7 @@ from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.torn import thousands_advice, thousands_in
 from calib.lab.instruments.unit_cells import unit_cell
-from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
 
 
@@ -634,6 +634,20 @@ def _with_a_stray_cell(rows: Sequence[Sequence[str]], width: int, delimiter: str
     return dict.fromkeys(stray, f"{width + 1} cells, {OF_STRAY}, where most rows have {width}")
 
 
+def _all_options(sheet: Sheet, widest: int) -> str:
+    """The options that say of every column what it is and its unit, by numbers as if names not understood were no columns."""
+    headings = sheet.headings
+    surplus = n_needed(sheet) - widest
+    strange = [i for i in range(n_needed(sheet)) if i not in headings][-surplus:]
+    said = []
+    for index, heading in headings.items():
+        number = index + 1 - sum(i < index for i in strange)
+        quantity, unit = IN_PLACE_OF.get(heading.quantity, heading.quantity), sheet.unit_written(index)
+        if quantity in RECORDED and number <= widest:
+            said.append(f"--columns {quantity}={number} --units {quantity}={unit or '...'}")
+    return " ".join(said) or "--columns force=... --units force=..."
+
+
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
     named = n_needed(sheet)
@@ -647,7 +661,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 sheet.named_at,
                 widest + 1,
                 advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
-                "number, what it is and its unit: --columns force=... --units force=...",
+                f"number, what it is and its unit, such as {_all_options(sheet, widest)}",
             )
         )
     cut_number = thousands_in(rows, width, sheet.delimiter)
