@@ -1,4 +1,4 @@
-"""From the words of a name to whether it is of another force, length or capacitance, or not measured: `Querkraft`, `thickness`."""
+"""From the words of a name to whether it is of another force, length or capacitance, or none: `Querkraft`, `thickness`."""
 
 from __future__ import annotations
 
