@@ -9,7 +9,7 @@ from calib.lab.instruments.brackets import tidy, without_brackets, without_condi
 from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
-from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
@@ -110,6 +110,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE or word in ALTERED for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
+        and not (quantity != "time" and was_not_measured(outside))
         and not (
             (_CHANGE.match(outside) and not (quantity == "displacement" and alone == "dL"))
             or (outside[:1] == "d" and understand(outside[1:], below or unit))

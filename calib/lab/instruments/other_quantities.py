@@ -1,4 +1,4 @@
-"""From the words of a name to whether it is of another force, length or capacitance, or none: `Querkraft`, `thickness`."""
+"""From the words of a name to whether it is of another force, length or capacitance, or not measured: `Querkraft`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NOT_MEASURED = tuple(
         (
             "expected assumed assumption ideal planned requested intended theor calculat computed predict estimat",
             "simulat guessed anticipat allowable permissible admissible alarm blank safety inverse reciproc",
-            "squared correction interpol extrapol erwart berechn errechn gerechn geschätz angenommen annahme",
+            "squared correction interpol extrapol erwart berechn errechn geschätz angenommen annahme",
             "vorhergesag prognos geplant gefordert simulier nennkr nennlast nennweg nennkap zuläss quadrier",
             "kehrwert korrektur théor calculé attendu estimé prédit prévu supposé idéal simulé teór teoric",
             "calculad esperad estimad predich previst supuest planead simulad corrección calcolat attesa atteso",
@@ -83,7 +83,7 @@ _LONG, _WITHOUT_BLANKS = 5, "\u2e80"
 
 
 def is_of_another(name: str, quantity: str) -> bool:
-    """Whether words say that a column is of another thing in the unit of a quantity, or of one that was not measured.
+    """Whether words say that a column is of another thing in the unit of a quantity.
 
     Parameters
     ----------
@@ -92,13 +92,25 @@ def is_of_another(name: str, quantity: str) -> bool:
 
     >>> is_of_another("Querkraft", "force"), is_of_another("Querhauptweg", "displacement"), is_of_another("厚", "displacement")
     (True, False, True)
-    >>> is_of_another("Verwachte kracht", "force"), is_of_another("理论位移", "displacement")
-    (True, True)
     """
     words = [word for word in words_in(name) if not word.isdecimal()]
     if not words:
         return False
-    return quantity in _STEMS and any(_holds(words, stem) for stem in (*_STEMS[quantity], *_NOT_MEASURED))
+    return any(_holds(words, stem) for stem in _STEMS.get(quantity, ()))
+
+
+def was_not_measured(name: str) -> bool:
+    """Whether words say that a column was computed, expected or laid down.
+
+    Parameters
+    ----------
+    name : without brackets and unit.
+
+    >>> was_not_measured("Verwachte kracht"), was_not_measured("理论位移"), was_not_measured("Calibrated force")
+    (True, True, False)
+    """
+    words = words_in(name)
+    return bool(words) and any(_holds(words, stem) for stem in _NOT_MEASURED)
 
 
 def _holds(words: Sequence[str], stem: str) -> bool:

@@ -347,3 +347,11 @@ def test_specimens_side_by_side_that_differ_by_more_than_units_are_refused(tmp_p
     )
     with pytest.raises(InputError, match="their columns differ"):
         read_lab_file(path, Reading(specimen=1))
+
+
+@pytest.mark.parametrize("name", ["Force calculée (N)", "Verwachte kracht (N)", "理论力 (N)", "Expected force (N)"])
+def test_what_may_not_be_measured_is_named_with_what_to_type_if_it_was(tmp_path: Path, name: str) -> None:
+    names = ("Time (s)", "Weg (mm)", name, "C (pF)")
+    assert any(f'--columns "force={name}"' in note for note in read(tmp_path, *names).notes)
+    table = read(tmp_path, *names, reading=Reading(columns={"force": name}))
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
