@@ -506,7 +506,7 @@ def goes_on_with_conditions(cell: str, behind: str) -> bool:
     >>> goes_on_with_conditions("Cp (pF) @ 1 kHz", "1 V"), goes_on_with_conditions("Cp (pF)", "1 V")
     (True, False)
     """
-    return bool(without_conditions(cell)[1]) and _ALL_ONE.fullmatch(behind.strip()) is not None
+    return _ALL_ONE.fullmatch(behind.strip()) is not None and bool(without_conditions(cell)[1])
 
 
 def is_wiring(text: str) -> bool:
