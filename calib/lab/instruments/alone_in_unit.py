@@ -9,7 +9,7 @@ from calib.lab.instruments.brackets import tidy, without_brackets, without_condi
 from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
-from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
@@ -78,7 +78,9 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
         cut = without_brackets(tidy(names[index])) if quantity == "capacitance" else None
         of_words = understand(_without_number(cut[0])) if cut is not None else None
         of = of_words.quantity if of_words is not None and of_words.quantity == "capacitance_series" else quantity
-        found[index] = Heading(of, 4 * PLAIN, " ".join(words_in(names[index])), own)
+        doubt = heading_as(quantity, names[index], below[index]).unit_doubt
+        doubt = doubt if doubt.startswith("two units") else ""
+        found[index] = Heading(of, 4 * PLAIN, " ".join(words_in(names[index])), own, unit_doubt=doubt)
     there = {h.quantity for h in found.values()} | (named & set(RECORDED))
     return found if len(there) > 1 and there != {"time"} else {}
 
@@ -108,6 +110,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE or word in ALTERED for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)
+        and not (quantity != "time" and was_not_measured(outside))
         and not (
             (_CHANGE.match(outside) and not (quantity == "displacement" and alone == "dL"))
             or (outside[:1] == "d" and understand(outside[1:], below or unit))

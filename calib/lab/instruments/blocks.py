@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise, takewhile
@@ -38,8 +39,9 @@ from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.torn import thousands_advice, thousands_in
+from calib.lab.instruments.touching import numbers_in_one
 from calib.lab.instruments.unit_cells import unit_cell
-from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
 
 
@@ -115,6 +117,17 @@ def _without_rows(sheet: Sheet) -> Fault:
         return odd_delimiter
     widths = {i: width_of_row(line) for i, line in enumerate(sheet.text.lines[first : first + _NEXT], first + 1)}
     row, width = next(((i, n) for i, n in widths.items() if n > 1), (0, 0))
+    below = enumerate(sheet.text.lines[first : first + _NEXT], first + 1)
+    line, touching = next(((i, found) for i, words in below if (found := numbers_in_one(words))), (0, ""))
+    if not row and touching:
+        message = (
+            f'"{touching}" is several numbers that touch each other, and where each ends cannot be told by the other lines'
+        )
+        advice = (
+            "Export the file again with wider columns or a mark between them; or, if each sign begins a number, put a blank "
+        )
+        advice += f"before it: sed -E 's/([0-9])([-+])/\\1 \\2/g' {shlex.quote(str(sheet.text.path))} > parted.txt"
+        return Fault(message, sheet.text.path, line, advice=advice)
     if not row:
         message, advice = "there is a header but no row of numbers below it", "Export the raw data too"
     else:
@@ -634,6 +647,21 @@ def _with_a_stray_cell(rows: Sequence[Sequence[str]], width: int, delimiter: str
     return dict.fromkeys(stray, f"{width + 1} cells, {OF_STRAY}, where most rows have {width}")
 
 
+def _all_options(sheet: Sheet, widest: int) -> str:
+    """The options that say what every column is and its unit; with numbers where as many names as are too many say nothing."""
+    named = n_needed(sheet)
+    strange = [i for i in range(named) if i not in sheet.headings]
+    known = len(strange) == named - widest
+    said: dict[str, str] = {}
+    for index, heading in sheet.headings.items():
+        quantity, behind = IN_PLACE_OF.get(heading.quantity, heading.quantity), sheet.names[index + 1 : index + 2]
+        unit = sheet.unit_written(index) or next((name for name in behind if is_unit_of(name, quantity)), "...")
+        number = index + 1 - sum(i < index for i in strange) if known else "..."
+        if quantity in RECORDED:
+            said.setdefault(quantity, f"--columns {quantity}={number} --units {quantity}={unit}")
+    return " ".join(said.values()) or "--columns force=... --units force=..."
+
+
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
     named = n_needed(sheet)
@@ -647,7 +675,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 sheet.named_at,
                 widest + 1,
                 advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
-                "number, what it is and its unit: --columns force=... --units force=...",
+                f"number, what it is and its unit: {_all_options(sheet, widest)}",
             )
         )
     cut_number = thousands_in(rows, width, sheet.delimiter)

@@ -108,12 +108,17 @@ _RANGE = re.compile(
     r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
+# The same without its unit: "FS=10", "range 10".
+_REACH_ALONE = re.compile(
+    rf"(?:{RATED}|(?:amplifier |sensor |measuring )?range|messbereich)[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?", re.IGNORECASE
+)
 # At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
     r"(?:[kM]?Hz|m?V(?:\s?(?:rms|eff|pp|p-p|ac|dc))?)(?![^\W_])|"
     r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])"
 )
+_ALL_ONE = re.compile(_ONE, re.IGNORECASE)
 _OF = r"(?:@|at\s|bei\s|mit\s|à\s|a\s|à une fréquence de\s|con\s|przy\s|bij\s|vid\s|ved\s|em\s|при\s)"
 _MANY = rf"(?:{_OF}\s?)?(?:{_ONE})(?:\s?(?:[,;/@&_\s]|\s(?:and|und|et|y|e|i|en|och|og|и)\s)\s?{_OF}?(?:{_ONE}))*"
 _CONDITIONS = re.compile(
@@ -495,15 +500,29 @@ def without_conditions(cell: str) -> tuple[str, str]:
     return " ".join(rest.split()), (match["inside"] or match["bare"]).removeprefix("@").strip()
 
 
+def goes_on_with_conditions(cell: str, behind: str) -> bool:
+    """Whether a header cell with settings of a meter goes on with others in the next, cut from it by a comma.
+
+    >>> goes_on_with_conditions("Cp (pF) @ 1 kHz", "1 V"), goes_on_with_conditions("Cp (pF)", "1 V")
+    (True, False)
+    """
+    return _ALL_ONE.fullmatch(behind.strip()) is not None and bool(without_conditions(cell)[1])
+
+
 def is_wiring(text: str) -> bool:
     """Whether a bracket says where a channel is wired, how far an instrument reaches, or under what and with what was measured.
 
     >>> is_wiring("Dev1/ai0"), is_wiring("range ±5 mm"), is_wiring("at 23 °C"), is_wiring("cal. 2025-03")
     (True, True, True, True)
+    >>> is_wiring("FS=10"), is_wiring("S/N 20331, cal 2026-01")
+    (True, True)
     >>> is_wiring("x10"), is_wiring("cal. 2.5"), is_wiring("peak"), is_wiring("0.1 µm")
     (False, False, False, False)
     """
-    return any(form.fullmatch(text) is not None for form in (_WIRING, _RANGE, _CONDITION))
+    if any(form.fullmatch(text) is not None for form in (_WIRING, _RANGE, _CONDITION, _REACH_ALONE)):
+        return True
+    parts = re.split(r"\s?[,;]\s", text)
+    return len(parts) > 1 and all(map(is_wiring, parts))
 
 
 def index_in(text: str) -> str:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
+from calib.lab.instruments.brackets import goes_on_with_conditions
 from calib.lab.instruments.clock_cells import is_clock, is_date, is_reading
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
@@ -332,15 +333,22 @@ def with_their_units(cells: Sequence[str], delimiter: str, below: Sequence[str])
 
 
 def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:
-    """The cells, with brackets that delimiters cut in two ("Force (N" and "tared)") put together if rows have as many then."""
-    if not any(cell.count("(") > cell.count(")") for cell in cells):
-        return cells
+    """The cells, with names that delimiters cut in two put together if rows have as many then.
+
+    These are names with brackets ("Force (N" and "tared)"), and with settings of a meter ("Cp (pF) @ 1 kHz" and "1 V").
+    """
     whole: list[str] = []
     for cell in cells:
-        is_open = bool(whole) and whole[-1].count("(") > whole[-1].count(")")
-        whole[len(whole) - is_open :] = [f"{whole[-1]}{delimiter} {cell}" if is_open else cell]
+        goes_on = bool(whole) and (_is_open(whole[-1]) or goes_on_with_conditions(whole[-1], cell))
+        whole[len(whole) - goes_on :] = [f"{whole[-1]}{delimiter} {cell}" if goes_on else cell]
+    if len(whole) == len(cells):
+        return cells
     widths = {len(row) for row in (split_line(line, delimiter) for line in below) if row and is_numeric(row[0])}
     return whole if widths == {len(whole)} else cells
+
+
+def _is_open(cell: str) -> bool:
+    return any(cell.count(opening) > cell.count(closing) for opening, closing in ("()", "[]"))
 
 
 def _with_row_names(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:

@@ -211,7 +211,7 @@ ALTERED = _set(
     "tenth tenths hundredth hundredths thousandth thousandths amplified attenuated uncal uncalibrated dummy previous "
     "remaining per abzüglich zuzüglich avant après antes después halbiert verdoppelt zweifach doppelt verstärkt "
     "unkalibriert vorher rest je zehntel hundertstel tausendstel moins double moitié dixièmes centièmes menos doble mitad "
-    "décimas centésimas meno doppio metà decimi centesimi"
+    "décimas centésimas meno doppio metà decimi centesimi step steps lag trip rated safe hertz hertzian fem fea"
 )
 #: How words begin of what is left to be done, or was at another time: `Remaining travel`, `Force précédente`.
 NOT_NOW = _stems(
@@ -224,7 +224,8 @@ WITH_REST = _set("weg hub zeit strecke distanz abstand dauer verfahrweg fahrweg 
 #: Words that say so beside the name of a quantity or of a run: `Old force`, `Cp prev`, `Displacement last run`.
 OTHER_ONE = _set(
     "last prev next old earlier letzte letzter letztes letzten nächste nächster nächstes alte alter altes dernier dernière "
-    "suivant suivante ancien ancienne último última ultimo ultima próximo próxima prossimo prossima"
+    "suivant suivante ancien ancienne último última ultimo ultima próximo próxima prossimo prossima first erste erster erstes "
+    "premier première primer primera prima primo eerste alt vieux vieille viejo vieja vecchio vecchia velho velha oud oude"
 )
 RUNS = _set(
     "run cycle test trial press measurement step value reading sample specimen versuch versuchs zyklus messung prüfung lauf "

@@ -1,4 +1,4 @@
-"""From the words of a name to whether it is of another force, length or capacitance: `Querkraft`, `thickness`."""
+"""From the words of a name to whether it is of another force, length or capacitance, or not measured: `Querkraft`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,24 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import words_in
 
+# How words begin of what was computed, expected or laid down, and not measured.
+_NOT_MEASURED = tuple(
+    " ".join(
+        (
+            "expected assumed assumption ideal planned requested intended theor calculat computed predict estimat",
+            "simulat guessed anticipat allowable permissible admissible alarm blank safety inverse reciproc",
+            "squared correction interpol extrapol erwart berechn errechn geschätz angenommen annahme",
+            "vorhergesag prognos geplant gefordert simulier nennkr nennlast nennweg nennkap zuläss quadrier",
+            "kehrwert korrektur théor calculé attendu estimé prédit prévu supposé idéal simulé teór teoric",
+            "calculad esperad estimad predich previst supuest planead simulad corrección calcolat attesa atteso",
+            "attese attesi stimat predett suppost correzion teóric supost correç bereken verwacht geschat",
+            "voorspel aangenomen gesimul gepland ideaal correctie obliczon oblicz teoret oczekiw szacow przewid",
+            "założon symulow idealn korekt расчет расчёт вычисл теорет ожида предсказ оценочн симул beräkn",
+            "förvänt uppskatt förutsag forvent vypočt vypočít očekáv 理论 理論 计算 計算 预测 預測 予測 预期 預期",
+            "期待 假设 假定 仮定 推定 估计 估算 估計 模拟 模擬 仿真 이론 계산 예측 예상 추정 가정 기대",
+        )
+    ).split()
+)
 # How words begin, by quantity. None may begin the word of a language for the crosshead, as "quer" and "横" do.
 _STEMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -47,11 +65,14 @@ _STEMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "tloušť šířk průměr poloměr délk drsn vastags széles átmér sugár hossz grosime lățime lungime",
                 "厚 宽 寬 直径 直徑 半径 半徑 长度 長度 粗糙 噪 漂移 滑移 横向 橫向 侧向 側向 幅 長さ 粗さ ノイズ ドリフト",
                 "滑り 두께 폭 직경 지름 반경 길이 거칠기 노이즈 드리프트 슬립",
+                "backlash increment inkrement incrément incremento thermal thermisch thermique térmic termic complian nachgieb",
+                "umkehrspiel spiel schrittweite stepsize",
             ),
             "capacitance": (
                 "cable wire wiring lead stray parasit input internal trim fixture residual leak noise drift offset guard",
                 "uncertaint resolution kabel leitung zuleit streu eingang rausch câble parasi fuite bruit cavo fili ingress",
                 "rumore cabo ruido ruído przew pasożyt wejści szum кабел паразит вход шум kaapeli kablo",
+                "specific spezif spécif especif specifi initial anfangs inizial inicial standard",
                 "电缆 電纜 线缆 寄生 杂散 雜散 引线 噪 ケーブル 浮遊 配線 ノイズ 케이블 기생 노이즈",
             ),
         }.items()
@@ -76,6 +97,20 @@ def is_of_another(name: str, quantity: str) -> bool:
     if not words:
         return False
     return any(_holds(words, stem) for stem in _STEMS.get(quantity, ()))
+
+
+def was_not_measured(name: str) -> bool:
+    """Whether words say that a column was computed, expected or laid down.
+
+    Parameters
+    ----------
+    name : without brackets and unit.
+
+    >>> was_not_measured("Verwachte kracht"), was_not_measured("理论位移"), was_not_measured("Calibrated force")
+    (True, True, False)
+    """
+    words = words_in(name)
+    return bool(words) and any(_holds(words, stem) for stem in _NOT_MEASURED)
 
 
 def _holds(words: Sequence[str], stem: str) -> bool:

@@ -19,7 +19,7 @@ from calib.lab.instruments.lexicon import (
     SECOND,
     UNIT_WORDS,
 )
-from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
 from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import FUNCTION, understand, why_unread
@@ -139,7 +139,7 @@ def may_be_passed_by(text: str, quantity: str) -> bool:
         and all(_WORD.fullmatch(part) and not looks_like_unit(part) for part in left)
         and not any(word in _SAYS_MORE - QUALIFIERS or word.startswith(_STEMS) for word in said)
         and not (is_factor(text) or factor_in(f" {text}") or says_sense(text) or FUNCTION.search(text) or no_record(text))
-        and not is_of_another(plain, quantity)
+        and not (is_of_another(plain, quantity) or was_not_measured(plain))
         and (not left or _says_nothing_else(" ".join(left), quantity))
         and unit_cell(f"({_UNITS.get(quantity, '-')}) {plain}") is not None
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,6 +16,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen
+from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.unit_choice import unit_of_column, written_unit
 from calib.lab.instruments.units import RECORDED
 from calib.lab.instruments.vocabulary import Heading, without_run
@@ -66,7 +68,8 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
     groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
     groups = [(*group, *[""] * (period - len(group))) for group in groups]
     alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
-    if len({tuple(map(without_run, group)) for group in groups}) != 1 or alone:
+    plain = {tuple(map(_without_unit, group)) for group in groups}
+    if len(plain) != 1 or alone:
         raise InputError(
             Fault(
                 f"{count} specimens seem to stand side by side, but their columns differ: "
@@ -90,6 +93,14 @@ def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[st
             )
         )
     return _specimen(sheet, reading, first, period, count)
+
+
+def _without_unit(name: str) -> str:
+    """A name without its run and the unit that ends it, which may be another for each specimen."""
+    name = without_run(name).strip()
+    unit = unit_in(name)
+    match = re.search(rf"[\s_,:|/(\[]*{re.escape(unit)}\s*[)\]]?$", name) if unit else None
+    return name[: match.start()] if match is not None else name
 
 
 def _time_goes_on(sheet: Sheet, found: Mapping[int, Heading], of_all: range, period: int) -> bool:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from calib.lab.instruments.brackets import no_record, words_in
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.numbers import is_missing
-from calib.lab.instruments.other_quantities import is_of_another
+from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import understand
 
@@ -355,7 +355,12 @@ def is_no_reading(quantity: str, text: str) -> bool:
     text : what is said of it.
     """
     said = DERIVED | RELATIVE if quantity == "capacitance" else DERIVED
-    return bool(no_record(text)) or any(word in said for word in words_in(text)) or is_of_another(text, quantity)
+    return (
+        bool(no_record(text))
+        or any(word in said for word in words_in(text))
+        or is_of_another(text, quantity)
+        or was_not_measured(text)
+    )
 
 
 def speaks_of_scale(text: str) -> bool:

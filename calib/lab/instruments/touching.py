@@ -63,6 +63,20 @@ def with_cells_apart(text: str) -> tuple[str, str]:
     return "\n".join(lines), note
 
 
+def numbers_in_one(line: str) -> str:
+    """The first word of a line of numbers that is several which touch each other; "" if there is none.
+
+    Parameters
+    ----------
+    line : that was not parted.
+
+    >>> numbers_in_one("0.5-102.0002-1005.0043  96.49"), numbers_in_one("0.5 -102.0002"), numbers_in_one("v1.2.3 of 2.5")
+    ('0.5-102.0002-1005.0043', '', '')
+    """
+    words = line.split() if _is_of_numbers(line.rstrip()) else []
+    return next((word for word in words if word.count(".") > 1), "")
+
+
 def _may_touch(text: str) -> bool:
     """Whether two decimal points stand in a text with nothing but digits, exponents and signs between them."""
     if not text.isascii():

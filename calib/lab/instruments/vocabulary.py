@@ -31,7 +31,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
-from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED
+from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
@@ -54,7 +54,7 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
     }
 )
 
-_TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\||\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
+_TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\||\sin\s|\s)\s*(?P<unit>[^\s_/,:|]+)$")
 # Words that are units within brackets only: of plain numbers, and centiseconds, which are a series capacitance, too.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles", "cs")
 # Letters of a name that may be the beginning of a longer one.
@@ -349,10 +349,28 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
+    doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
     factor, function = factor_in(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+def _second_unit(quantity: str, outside: str, unit: str) -> str:
+    """Why the unit is in doubt of a name with another one among its words: "N" of "Force in N or mN"; "" if there is none.
+
+    A word behind a number says how far an instrument reaches; one that is a word of a language is a unit at the end alone.
+    """
+    if not unit or not is_unit_of(unit, quantity) or not SI_UNIT[quantity]:
+        return ""
+    said = [word for word in re.split(r"[\s_,;:|/]+", outside) if word]
+    own, at_end = lab_factor(unit, quantity), len(said) > 1 and not ends_without_unit(outside)
+    for k, word in enumerate(said):
+        plain = word.lower() not in UNIT_WORDS or (at_end and k == len(said) - 1)
+        behind_number = k > 0 and said[k - 1][-1:].isdecimal()
+        if plain and not behind_number and is_unit_of(word, quantity) and lab_factor(word, quantity) != own:
+            return f'two units, "{word}" and "{unit}"'
+    return ""
 
 
 def is_of_experiment(cell: str) -> bool:

@@ -213,3 +213,145 @@ def test_what_is_another_reading_by_its_name_is_still_none(tmp_path: Path, name:
             read(tmp_path, *names)
     else:
         assert any(name in str(of) for of in read(tmp_path, *names).unread)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "unit"),
+    [
+        ("Force (N) or (mN)", 2, "N"),
+        ("Force in N or mN", 2, "N"),
+        ("Force N|kgf", 2, "N"),
+        ("Kraft (N) bzw. (kp)", 2, "N"),
+        ("Fuerza (N) o (mN)", 2, "N"),
+        ("Force (N) converted from (kgf)", 2, "N"),
+        ("Force converted from kgf to N", 2, "N"),
+        ("Force (N) accuracy (mN)", 2, "N"),
+        ("Displacement (mm) instead of (um)", 1, "mm"),
+        ("Travel mm / in", 1, "mm"),
+        ("Displacement in mm or inch", 1, "mm"),
+        ("Zeit (s) statt (min)", 0, "s"),
+        ("Time (s) or (ms)", 0, "s"),
+        ("Cp (pF) not (nF)", 3, "pF"),
+    ],
+)
+def test_two_units_in_one_name_are_asked_about_whatever_stands_between(
+    tmp_path: Path, name: str, place: int, unit: str
+) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    quantity = ["time", "displacement", "force", "capacitance"][place]
+    with pytest.raises(InputError, match=rf"two units, .*--units {quantity}="):
+        read(tmp_path, *names)
+    if place:
+        with pytest.raises(InputError, match="two units"):
+            read(tmp_path, *names, reading=Reading(columns={quantity: str(place + 1)}))
+    table = read(tmp_path, *names, reading=Reading(units={quantity: unit}))
+    plain = read(tmp_path, "Time (s)", "Weg (mm)", "Force (N)", "C (pF)")
+    np.testing.assert_allclose(table.columns[quantity], plain.columns[quantity])
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        *(
+            (name, 2)
+            for name in ("Expected force (N)", "Ideal force (N)", "Kraft erwartet (N)", "Nennkraft (N)", "Rated load (N)")
+        ),
+        *((name, 2) for name in ("Force théorique (N)", "Fuerza calculada (N)", "Forza attesa (N)", "Siła obliczona (N)")),
+        *((name, 2) for name in ("Verwachte kracht (N)", "理论力 (N)", "計算荷重 (N)", "Kraft alt (N)", "Force first run (N)")),
+        *(
+            (name, 1)
+            for name in ("Stage backlash (mm)", "Displacement step (mm)", "Weg theoretisch (mm)", "Thermal displacement (mm)")
+        ),
+        *((name, 3) for name in ("Expected Cp (pF)", "Specific capacitance (pF)", "理论电容 (pF)")),
+    ],
+)
+def test_what_was_not_measured_is_no_record_by_its_unit_alone(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    table = read(tmp_path, *names)
+    assert ["time", "displacement", "force", "capacitance"][place] not in table.columns
+    assert any(name in str(of) for of in table.unread)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("Kugelkraft (N)", 2), ("Krag (N)", 2), ("Stepper displacement (mm)", 1), ("Lage (mm)", 1), ("Pad cap (pF)", 3)],
+)
+def test_other_words_are_still_a_record_by_their_unit_alone(tmp_path: Path, name: str, place: int) -> None:
+    names = ["Time (s)", "Weg (mm)", "Force (N)", "C (pF)"]
+    names[place] = name
+    assert ["time", "displacement", "force", "capacitance"][place] in read(tmp_path, *names).columns
+
+
+@pytest.mark.parametrize(
+    "remark", ["FS=10", "range 10", "Messbereich 10", "cal 2026-01", "S/N 20331", "S/N 20331, cal 2026-01"]
+)
+def test_how_far_an_instrument_reaches_and_its_number_are_remarks(tmp_path: Path, remark: str) -> None:
+    table = read(tmp_path, "Time (s)", "Weg (mm)", f"Force (N) [{remark}]", "C (pF)")
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
+
+
+def _with_commas(folder: Path, header: str, reading: Reading | None = None) -> LabTable:
+    rows = [f"{0.1 * k:.1f},{x},{0.5 * x**1.5 + 1e-4 * (k * 7 % 5):.4f},{8 + x * x:.4f}" for k, x in enumerate(DEPTH)]
+    path = folder / "press.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Weg (mm),Load (N) [S/N 20331, cal 2026-01],C (pF)",
+        "Time (s),Weg (mm),Load (N),Cp (pF) @ 1 kHz, 1 V",
+        "Time (s),Weg (mm),Load (N),Cp (pF) [1 kHz, 1 V]",
+    ],
+)
+def test_names_that_commas_cut_in_two_are_put_together(tmp_path: Path, header: str) -> None:
+    table = _with_commas(tmp_path, header)
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
+    np.testing.assert_allclose(table.columns["capacitance"][40], (8 + DEPTH[40] ** 2) * 1e-12, rtol=1e-4)
+
+
+def test_a_name_too_many_leads_to_options_for_all_columns_that_work_as_typed(tmp_path: Path) -> None:
+    header = "Time (s),Weg (mm),Force in N, not kgf,C (pF)"
+    with pytest.raises(InputError, match="names 5 columns") as caught:
+        _with_commas(tmp_path, header)
+    typed = caught.value.faults[0].advice.split("its unit: ")[1].split(" --")
+    said = [part.removeprefix("--").split(" ") for part in typed]
+    columns, units = (dict(of.split("=") for kind, of in said if kind == which) for which in ("columns", "units"))
+    assert columns == {"time": "1", "displacement": "2", "force": "3", "capacitance": "4"}
+    table = _with_commas(tmp_path, header, Reading(columns=columns, units=units))
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
+
+
+@pytest.mark.parametrize("gap", ["", ","])
+def test_specimens_side_by_side_may_have_units_of_their_own(tmp_path: Path, gap: str) -> None:
+    path = tmp_path / "press.csv"
+    rows = [f"{k / 10},{x},{0.5 * x**1.5:.4f},{gap}{k / 5},{x},{0.2 * x**1.5:.4f}" for k, x in enumerate(DEPTH)]
+    path.write_text(
+        "\n".join([f"Time (s),Weg (mm),Force (N),{gap}Time (s),Weg (mm),Force (kgf)", *rows]) + "\n", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="2 specimens stand side by side"):
+        read_lab_file(path, Reading())
+    for specimen, largest in ((1, 0.5), (2, 0.2 * 9.80665)):
+        table = read_lab_file(path, Reading(specimen=specimen))
+        np.testing.assert_allclose(table.columns["force"][40], largest * DEPTH[40] ** 1.5, atol=1e-2)
+
+
+def test_specimens_side_by_side_that_differ_by_more_than_units_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    rows = [f"{0.1 * k:.1f},{x},{0.5 * x**1.5:.4f},{0.2 * k:.1f},{x},{0.2 * x**1.5:.4f}" for k, x in enumerate(DEPTH)]
+    path.write_text(
+        "\n".join(["Time (s),Weg (mm),Force (top) (N),Time (s),Weg (mm),Force (bottom) (N)", *rows]) + "\n", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="their columns differ"):
+        read_lab_file(path, Reading(specimen=1))
+
+
+@pytest.mark.parametrize("name", ["Force calculée (N)", "Verwachte kracht (N)", "理论力 (N)", "Expected force (N)"])
+def test_what_may_not_be_measured_is_named_with_what_to_type_if_it_was(tmp_path: Path, name: str) -> None:
+    names = ("Time (s)", "Weg (mm)", name, "C (pF)")
+    assert any(f'--columns "force={name}"' in note for note in read(tmp_path, *names).notes)
+    table = read(tmp_path, *names, reading=Reading(columns={"force": name}))
+    np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)

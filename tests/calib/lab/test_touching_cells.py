@@ -64,3 +64,11 @@ def test_a_line_whose_points_stand_elsewhere_is_refused(tmp_path: Path) -> None:
     rows[60] = rows[60].replace(".", "", 1).replace("-", "-0.", 1)
     with pytest.raises(InputError, match=r"press.txt:62:"):
         _read(tmp_path, [f"{'t_s':>8}{'F_N':>8}{'x_mm':>9}", *rows])
+
+
+def test_rows_whose_touching_numbers_cannot_be_parted_are_named(tmp_path: Path) -> None:
+    rows = [f"{t:8.3f}{-100 - x:9.4f}{f - 1010.5:9.4f}" for t, x, f in zip(T, X, F, strict=True)]
+    with pytest.raises(InputError, match="several numbers that touch each other") as caught:
+        _read(tmp_path, ["     t_s    x_mm      F_N", *rows])
+    assert caught.value.faults[0].line == 2
+    assert "sed -E" in caught.value.faults[0].advice
