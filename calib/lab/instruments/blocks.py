@@ -67,10 +67,10 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
         raise InputError(_without_rows(sheet))
     kept, block_notes, specimens = _one_specimen(sheet, blocks, rows, reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
-    unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
+    unread += not_read(sheet, other, "rows of another specimen", words=False) if block_notes else []
     width = len(sheet.names)
     results = _labelled_results(rows, kept, width)
-    unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front")
+    unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front", words=False)
     kept = [i for i in kept if i not in results]
     chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
@@ -206,14 +206,14 @@ def _blocks(
             if other and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
-                unread = not_read(sheet, range(start + i, start + last[0] + 1), "another table")
+                unread = not_read(sheet, range(start + i, start + last[0] + 1), "another table", words=False)
                 break
             results = late and only_results(sheet, rows, i, blocks[-1].rows, keys)
             if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
                 shown = text.lines[start + first].strip()[:80]
                 below = [f'results below the rows are left out, from "{shown}" (line {start + first + 1}) on']
-                unread = not_read(sheet, range(start + first, start + last[0] + 1), "results below the rows")
+                unread = not_read(sheet, range(start + first, start + last[0] + 1), "results below the rows", words=False)
                 apart = []
                 break
             apart.append(i)
