@@ -374,6 +374,8 @@ _RUN = re.compile(
     r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
     re.IGNORECASE,
 )
+# So much of a remark is looked at.
+_LONGEST_REMARK = 200
 _ANOTHER_RUN = (
     "If the rows below it are of another press or specimen, save them in a file of their own; if they go on, remove the line"
 )
@@ -391,7 +393,40 @@ def _is_remark(line: str) -> bool:
     status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line))
+    return _PAGE.fullmatch(plain) is not None or (
+        is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line) and not changes_the_rig(line)
+    )
+
+
+# What was changed for another, in either order of the words.
+_CHANGED = (
+    r"new|changed?|another|other|next|different|replaced|exchanged|swapped|neue[rsmn]?|andere[rsmn]?|nächste[rsmn]?|"
+    r"gewechselt|getauscht|ausgetauscht|nouve(?:au|lle)|autre|chang[ée]e?|remplacée?|nuev[oa]|otr[oa]|cambiad[oa]|cambio de|"
+    r"reemplazad[oa]|nuov[oa]|altr[oa]|cambiat[oa]|sostituit[oa]|nov[oa]|outr[oa]|trocad[oa]|nieuwe?|vervangen|nowy|nowa|inn[ay]"
+)
+_OF_RIG = (
+    r"specimens?|samples?|test ?pieces?|sensors?|balls?|indenters?|tips?|probe[ns]?|prüfling|prüfkörper|kugel|stempel|"
+    r"eindringkörper|éprouvette|échantillon|capteur|bille|poinçon|probeta|muestra|bola|punta|provino|campione|sfera|"
+    r"amostra|esfera|monster|kogel|próbka|kulka"
+)
+_CHANGE_OF_RIG = re.compile(
+    rf"(?<![^\W_])(?:(?:{_CHANGED})(?:\W+\w+)?\W+(?:{_OF_RIG})|(?:{_OF_RIG})\W+(?:\w+\W+)?(?:{_CHANGED}))(?![^\W_])"
+    r"|(?:新|换|換|更换|交換|別の).{0,3}(?:试样|試験片|サンプル|样品|球|传感器|センサ)",
+    re.IGNORECASE,
+)
+
+
+def changes_the_rig(text: str) -> bool:
+    """Whether words say that another specimen, sensor or ball was put in.
+
+    Parameters
+    ----------
+    text : of a line or a cell.
+
+    >>> [changes_the_rig(words) for words in ("# changed sample", "new ball 8 mm", "neue Probe", "sample touched", "hold")]
+    [True, True, True, False, False]
+    """
+    return _CHANGE_OF_RIG.search(text[:_LONGEST_REMARK]) is not None
 
 
 def _of_scale(text: LabText, at: int) -> Fault:

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.blocks import changes_the_rig
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
@@ -181,6 +182,10 @@ def remarks_on_scale(
             labels += [f'"{column[r].strip()[:60]}" (line {sheet.lines[r]})' for r in of_tables]
             speaking = [r for r in speaking if r not in of_tables]
             row = speaking[0] if speaking else None
+            changed = next(
+                (r for r in rows[:_MOST_REMARKS] if r > 0 and r not in speaking and changes_the_rig(column[r])), None
+            )
+            faults += [_of_another_press(sheet, index, changed)] if changed is not None else []
             of = {q for q in factors if row is not None and unit_against(column[row], q, math.nan)}
             single = len({column[r] for r in speaking}) == 1 and row is not None and not _FROM_HERE.search(column[row])
             if single and of and of <= {IN_PLACE_OF.get(q, q) for q in reading.units} | set(reading.units):
@@ -202,6 +207,13 @@ def remarks_on_scale(
         [f"a small table beside the rows is left out, whose units are taken for its own: {labels[0]}{more}"] if labels else []
     )
     return notes, faults
+
+
+def _of_another_press(sheet: Sheet, index: int, row: int) -> Fault:
+    """The fault of a remark in a column by which another specimen or ball was put in among the rows."""
+    message = f'"{sheet.columns[index][row].strip()[:60]}" in column "{sheet.names[index] or index + 1}" stands among the rows'
+    advice = "If the rows from it on are of another press or specimen, save them in a file of their own; else empty the cell"
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)
 
 
 def _beside_the_names(sheet: Sheet, used: Mapping[str, int], factors: Mapping[str, float], reading: Reading) -> Iterator[Fault]:

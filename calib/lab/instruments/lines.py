@@ -92,8 +92,8 @@ def is_result(cell: str) -> bool:
     return few and (any(w in RESULTS for w in parts) or _THE_MOST.match(" ".join(parts)) is not None)
 
 
-# Words by which a line beside the rows says that they are not what they seem, or by what number they are multiplied.
-_DOUBT = re.compile(
+#: Words by which a line beside the rows says that they are not what they seem, or by what number they are multiplied.
+DOUBT = re.compile(
     r"(?<![^\W_])(?:not|never|no|un\w*connected|dis\w*connected|warn\w*|error\w*|fail\w*|fault\w*|wrong\w*|bad|dead|broken|"
     r"brok\w*|defect\w*|invalid\w*|ignore\w*|discard\w*|abort\w*|stopp\w*|slip\w*|over(?:load|range|flow)\w*|saturat\w*|"
     r"simulat\w*|synthetic|demo|dummy|reference|command\w*|setpoint\w*|reversed?|invert\w*|swapped|peak|hold|offset\w*|"
@@ -109,7 +109,9 @@ _DOUBT = re.compile(
     re.IGNORECASE,
 )
 _OF_PRESS = ("force", "displacement", "capacitance")
-_CHANNEL = re.compile(r"(?<![^\W_])(?:channels?|sensors?|kan[aä]le?|kanal|canal|canaux|canales|sensore?s?|capteurs?)(?![^\W_])", re.I)
+_CHANNEL = re.compile(
+    r"(?<![^\W_])(?:channels?|sensors?|kan[aä]le?|kanal|canal|canaux|canales|sensore?s?|capteurs?)(?![^\W_])", re.I
+)
 # A block of so many lines is quoted in full; of a longer one so many at most, of the first, each no longer than this.
 _SHORT, _QUOTED, _LOOKED_AT, _LONGEST_QUOTE = 4, 8, 400, 80
 
@@ -141,16 +143,17 @@ def not_read(sheet: Sheet, indices: Sequence[int], why: str, *, words: bool = Tr
 
 
 def telling(lines: Sequence[str], number: int | None = None) -> str:
-    """Quote the lines of a block that may say something of the readings: all of a short one, else those that name a quantity
-    of a press or a doubt; "" if there are none.
+    """Quote what a block of lines may say of the readings: all of a short one, else lines that name a channel or a doubt.
 
     Parameters
     ----------
     lines : of the block.
     number : 1-based line of the first, which is shown; None if they are not of the file itself.
     """
-    there = [(i, " ".join(line[:_LOOKED_AT].split())) for i, line in enumerate(lines[:_LOOKED_AT]) if _HOLDS_A_WORD.search(line)]
-    doubts = [i for i, line in there if _DOUBT.search(line)]
+    there = [
+        (i, " ".join(line[:_LOOKED_AT].split())) for i, line in enumerate(lines[:_LOOKED_AT]) if _HOLDS_A_WORD.search(line)
+    ]
+    doubts = [i for i, line in there if DOUBT.search(line)]
     if len(there) < _SHORT:
         chosen = [i for i, _ in there]
     else:

@@ -35,8 +35,8 @@ _PARTS = re.compile(r"[;|\t]|,(?!\d)|(?<!\d),|(?<=[a-z)])\s*:\s|\s\band\b\s|\s\b
 _PART = re.compile(rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?P<tail>[^\s\d]*)(?P<rest>.*)", re.IGNORECASE)
 _SCALE_WORD = re.compile(rf"(?<![^\W_])(?:{SCALE}|scaled|skaliert)(?![^\W_])", re.IGNORECASE)
 _RANGE_WORD = re.compile(r"(?:range|bereich)$", re.IGNORECASE)
-# "Mult force: 10", "Koeffizient Kraft 2,5", "F x 10", "Kraft mal 2 nehmen": a factor of the one quantity that the line names; in
-# a line of several, or of none, it is a result or a count.
+# "Mult force: 10", "Koeffizient Kraft 2,5", "F x 10", "Kraft mal 2 nehmen": a factor of the one quantity that the line names;
+# in a line of several, or of none, it is a result or a count.
 _OF_ONE = (
     re.compile(
         r"(?P<before>[^\d]*?)(?<![^\W_])(?:mult|coeff?s?|coefficients?|koeffizient(?:en)?|coeficientes?|coefficient[ei]|slope|steigung|"
@@ -141,6 +141,12 @@ _IN_UNIT = re.compile(
 _UNITS = re.compile(
     r"\b(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai])\b|单位|単位|단위",
     re.I,
+)
+# "force x2 from here", "Kraft mal 10 ab hier".
+_TIMES_FROM = re.compile(
+    rf"(?<![^\W\d_])(?:[x×*]|mal|times)\s?{_NUMBER}\s+"
+    r"(?:from (?:here|now)|now|since|ab (?:hier|jetzt)|à partir|desde|da qui|od)(?![^\W_])",
+    re.IGNORECASE,
 )
 _RANGE = re.compile(
     r"\b(?:range|gain|scale(?![ -]?bar)|scaling|factor|calib\w*|load ?cell|amplifier|messbereich|bereich|faktor|verstärkung|"
@@ -255,10 +261,9 @@ def _factors_of(line: str) -> tuple[str, ...]:
     for pattern in _OF_ONE:
         match = pattern.fullmatch(line)
         if match is not None and not _is_one(match["number"]) and not _OF_FITS.search(line) and not _of_others(line):
-            words = f"{match['before']} {match['behind']}"
-            named = [q for q in _QUANTITIES if names_quantity(words, q)]
-            of = [_SYMBOLS[match["before"]]] if match["before"] in _SYMBOLS else named
-            return tuple(of) if len(of) == 1 and of != ["time"] else ()
+            symbol, words = match["before"], f"{match['before']} {match['behind']}"
+            named = [_SYMBOLS[symbol]] if symbol in _SYMBOLS else [q for q in _QUANTITIES if names_quantity(words, q)]
+            return tuple(named) if len(named) == 1 and named != ["time"] else ()
     match = _FACTOR.fullmatch(line)
     if match is not None:
         tail, word = match["tail"].lower().rstrip(")]"), match["word"].lower()
@@ -394,7 +399,7 @@ def speaks_of_scale(text: str) -> bool:
     """
     if _UNITS.search(text) or stated_factors([text]) or next(stated_units(text), None):
         return True
-    if _RANGE.search(text):
+    if _RANGE.search(text) or (len(text) <= _LONGEST and _TIMES_FROM.search(text)):
         return True
     words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=!?\d]{2,4}(?![\w])", text)
     return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)
