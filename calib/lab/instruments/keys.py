@@ -13,6 +13,7 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.blocks import changes_the_rig
 from calib.lab.instruments.clock_cells import is_date
+from calib.lab.instruments.column_words import few_values
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
@@ -76,7 +77,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
             continue
         if is_spread(sheet.names[index]):
             continue
-        named = _is_named_key(sheet, index)
+        named = _is_named_key(sheet, index) or _is_of_rig(sheet, index)
         in_turn = None if named else _list_codes(sheet.columns[index])
         if in_turn is not None and _names_in_turn(sheet, index) and not _counts_within(sheet.columns[index], values):
             faults.append(_fault(sheet, index, f'column "{sheet.names[index]}" names several in turn, row by row'))
@@ -340,6 +341,36 @@ def _is_named_key(sheet: Sheet, index: int) -> bool:
     if not any(w in KEYS for w in parts) or sheet.unit_written(index):
         return False
     return all(not is_numeric(c) or _WHOLE.fullmatch(c) for c in {c.strip() for c in sheet.columns[index]} if c)
+
+
+# What the ball and what it presses are called by, whose size is no reading: two of it are two presses.
+_RIG = frozenset(
+    [
+        "ball",
+        "indenter",
+        "tip",
+        "pad",
+        "padding",
+        "electrode",
+        "sphere",
+        "kugel",
+        "stempel",
+        "elektrode",
+        "polster",
+        "bille",
+        "poinçon",
+        "bola",
+        "esfera",
+        "sfera",
+    ]
+)
+_SIZES = frozenset(["diameter", "radius", "size", "d", "r", "ø", "durchmesser", "diam", "thickness", "dicke", "mm", "um", "in"])
+
+
+def _is_of_rig(sheet: Sheet, index: int) -> bool:
+    """Whether a column is one of the ball, or of what it presses, by its name, and has two values or a few."""
+    parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
+    return bool(parts & _RIG) and parts <= _RIG | _SIZES and bool(few_values(sheet.columns[index]))
 
 
 def _names_in_turn(sheet: Sheet, index: int) -> bool:

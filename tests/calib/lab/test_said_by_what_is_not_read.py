@@ -145,6 +145,17 @@ def test_what_a_column_says_of_the_cycle_that_is_used_and_of_others_is_told(
     assert not any("used here" in note for note in observe(others).use_notes)
 
 
+@pytest.mark.parametrize(
+    ("name", "first", "then"), [("Ball (mm)", "5", "8"), ("Kugel", "klein", "groß"), ("Pad (mm)", "1", "2")]
+)
+def test_two_balls_or_pads_are_asked_about_and_settled_by_a_choice(tmp_path: Path, name: str, first: str, then: str) -> None:
+    path = _write(tmp_path, name=name, cells={i: first if i < N_ROW else then for i in range(2 * N_ROW)}, times=2)
+    with pytest.raises(InputError, match="names several"):
+        read_lab_file(path)
+    for value in (first, then):
+        assert len(read_lab_file(path, Reading(where={name: value})).lines) == N_ROW
+
+
 def _book(folder: Path, title: str = "Data", struck: int = 0, note: str = "") -> Path:
     book = openpyxl.Workbook()
     data = book.active
