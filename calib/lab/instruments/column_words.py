@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.lines import DOUBT
 from calib.lab.instruments.numbers import is_missing, is_numeric
@@ -29,6 +30,8 @@ def few_values(cells: Sequence[str]) -> list[str]:
     there = sorted((c for c in kinds if c.strip() and not is_missing(c)), key=cells.index)
     changes = sum(a != b for a, b in pairwise(cells[:_SEEN]))
     numbers = all(map(is_numeric, there))
+    if all(map(is_date, there)):
+        return []  # of the days of one record
     return there if len(there) > 1 and not (numbers and changes > _STRETCHES) and not _is_seldom(cells) else []
 
 
