@@ -18,6 +18,7 @@ from calib.lab.limits import contact_of, limits_of
 from calib.lab.part import FEWEST_ROWS, OF_CYCLE, check_contact, nothing_left, nothing_tells, used_cycles, why_not
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
 from calib.lab.signs import SignDecision, decide_signs
+from calib.lab.stages_told import stages_told
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
 from models.sensor import BoolArray, FloatArray
 
@@ -198,6 +199,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
             0, f"the force seems to have another zero from {_lines(table, tared)} on: rows of one zero are used together"
         )
     notes += cycles_told(table, branch.tolist(), cycles)
+    notes += stages_told(table, cycles, taken)
     return Observations(
         table=table,
         time=time,

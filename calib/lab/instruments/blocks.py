@@ -69,10 +69,10 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
         raise InputError(_without_rows(sheet))
     kept, block_notes, specimens = _one_specimen(sheet, blocks, rows, reading)
     other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
-    unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
+    unread += not_read(sheet, other, "rows of another specimen", words=False) if block_notes else []
     width = len(sheet.names)
     results = _labelled_results(rows, kept, width)
-    unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front")
+    unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front", words=False)
     kept = [i for i in kept if i not in results]
     chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
@@ -219,14 +219,14 @@ def _blocks(
             if other and _numbers_below(rows, i):
                 _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
-                unread = not_read(sheet, range(start + i, start + last[0] + 1), "another table")
+                unread = not_read(sheet, range(start + i, start + last[0] + 1), "another table", words=False)
                 break
             results = late and only_results(sheet, rows, i, blocks[-1].rows, keys)
             if results and not (i + 1 < len(rows) and _heads_results(sheet, rows, i + 1, blocks[-1].rows)):
                 first = (apart or [i])[0]
                 shown = text.lines[start + first].strip()[:80]
                 below = [f'results below the rows are left out, from "{shown}" (line {start + first + 1}) on']
-                unread = not_read(sheet, range(start + first, start + last[0] + 1), "results below the rows")
+                unread = not_read(sheet, range(start + first, start + last[0] + 1), "results below the rows", words=False)
                 apart = []
                 break
             apart.append(i)
@@ -387,6 +387,8 @@ _RUN = re.compile(
     r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
     re.IGNORECASE,
 )
+# So much of a remark is looked at.
+_LONGEST_REMARK = 200
 _ANOTHER_RUN = (
     "If the rows below it are of another press or specimen, save them in a file of their own; if they go on, remove the line"
 )
@@ -404,7 +406,40 @@ def _is_remark(line: str) -> bool:
     status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line))
+    return _PAGE.fullmatch(plain) is not None or (
+        is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line) and not changes_the_rig(line)
+    )
+
+
+# What was changed for another, in either order of the words.
+_CHANGED = (
+    r"new|changed?|another|other|next|different|replaced|exchanged|swapped|neue[rsmn]?|andere[rsmn]?|nächste[rsmn]?|"
+    r"gewechselt|getauscht|ausgetauscht|nouve(?:au|lle)|autre|chang[ée]e?|remplacée?|nuev[oa]|otr[oa]|cambiad[oa]|cambio de|"
+    r"reemplazad[oa]|nuov[oa]|altr[oa]|cambiat[oa]|sostituit[oa]|nov[oa]|outr[oa]|trocad[oa]|nieuwe?|vervangen|nowy|nowa|inn[ay]"
+)
+_OF_RIG = (
+    r"specimens?|samples?|test ?pieces?|sensors?|balls?|indenters?|tips?|probe[ns]?|prüfling|prüfkörper|kugel|stempel|"
+    r"eindringkörper|éprouvette|échantillon|capteur|bille|poinçon|probeta|muestra|bola|punta|provino|campione|sfera|"
+    r"amostra|esfera|monster|kogel|próbka|kulka"
+)
+_CHANGE_OF_RIG = re.compile(
+    rf"(?<![^\W_])(?:(?:{_CHANGED})(?:\W+\w+)?\W+(?:{_OF_RIG})|(?:{_OF_RIG})\W+(?:\w+\W+)?(?:{_CHANGED}))(?![^\W_])"
+    r"|(?:新|换|換|更换|交換|別の).{0,3}(?:试样|試験片|サンプル|样品|球|传感器|センサ)",
+    re.IGNORECASE,
+)
+
+
+def changes_the_rig(text: str) -> bool:
+    """Whether words say that another specimen, sensor or ball was put in.
+
+    Parameters
+    ----------
+    text : of a line or a cell.
+
+    >>> [changes_the_rig(words) for words in ("# changed sample", "new ball 8 mm", "neue Probe", "sample touched", "hold")]
+    [True, True, True, False, False]
+    """
+    return _CHANGE_OF_RIG.search(text[:_LONGEST_REMARK]) is not None
 
 
 def _of_scale(text: LabText, at: int) -> Fault:

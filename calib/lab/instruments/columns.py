@@ -20,6 +20,7 @@ from calib.lab.instruments.brackets import unit_of_joined
 from calib.lab.instruments.channel_in_g import load_or_acceleration
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, shows_deviations, untold_circuit
+from calib.lab.instruments.column_words import column_says, few_values
 from calib.lab.instruments.conventions import conventions
 from calib.lab.instruments.disowned import disowned_in
 from calib.lab.instruments.even_steps import even_steps
@@ -403,7 +404,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         lines=sheet.lines,
         reasons=tuple(reasons),
         notes=(*sheet.notes, *notes),
-        unread=(*sheet.unread, *(_unread(sheet, index, why) for index, why in sorted(unread.items()))),
+        unread=(
+            *sheet.unread,
+            *(_unread(sheet, index, _with_its_words(sheet, index, why)) for index, why in sorted(unread.items())),
+        ),
+        stages=_stages(sheet, [i for i in unread if i not in validity.columns and i not in places.values()]),
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
         zeroed=MappingProxyType(zeros.rows),
@@ -478,6 +483,17 @@ def _alone(
 
 def _append(reasons: list[str], row: int, reason: str) -> None:
     reasons[row] = f"{reasons[row]}; {reason}" if reasons[row] else reason
+
+
+def _with_its_words(sheet: Sheet, index: int, reason: str) -> str:
+    """Why a column is not read, and what its cells say."""
+    says = column_says(sheet.columns[index], sheet.lines)
+    return f"{reason}; it says {says}" if says else reason
+
+
+def _stages(sheet: Sheet, indices: Collection[int]) -> dict[str, Sequence[str]]:
+    """The columns among these that have a few values, and their cells."""
+    return {sheet.names[i] or f"column {i + 1}": sheet.columns[i] for i in indices if few_values(sheet.columns[i])}
 
 
 def _unread(sheet: Sheet, index: int, reason: str) -> Unread:

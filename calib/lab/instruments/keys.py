@@ -11,7 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.blocks import changes_the_rig
 from calib.lab.instruments.clock_cells import is_date
+from calib.lab.instruments.column_words import few_values
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import EVENTS, KEYS, KEYS_IN_TURN, OF_TESTERS, PHASES
@@ -75,7 +77,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
             continue
         if is_spread(sheet.names[index]):
             continue
-        named = _is_named_key(sheet, index)
+        named = _is_named_key(sheet, index) or _is_of_rig(sheet, index)
         in_turn = None if named else _list_codes(sheet.columns[index])
         if in_turn is not None and _names_in_turn(sheet, index) and not _counts_within(sheet.columns[index], values):
             faults.append(_fault(sheet, index, f'column "{sheet.names[index]}" names several in turn, row by row'))
@@ -181,6 +183,10 @@ def remarks_on_scale(
             labels += [f'"{column[r].strip()[:60]}" (line {sheet.lines[r]})' for r in of_tables]
             speaking = [r for r in speaking if r not in of_tables]
             row = speaking[0] if speaking else None
+            changed = next(
+                (r for r in rows[:_MOST_REMARKS] if r > 0 and r not in speaking and changes_the_rig(column[r])), None
+            )
+            faults += [_of_another_press(sheet, index, changed)] if changed is not None else []
             of = {q for q in factors if row is not None and unit_against(column[row], q, math.nan)}
             single = len({column[r] for r in speaking}) == 1 and row is not None and not _FROM_HERE.search(column[row])
             if single and of and of <= {IN_PLACE_OF.get(q, q) for q in reading.units} | set(reading.units):
@@ -202,6 +208,13 @@ def remarks_on_scale(
         [f"a small table beside the rows is left out, whose units are taken for its own: {labels[0]}{more}"] if labels else []
     )
     return notes, faults
+
+
+def _of_another_press(sheet: Sheet, index: int, row: int) -> Fault:
+    """The fault of a remark in a column by which another specimen or ball was put in among the rows."""
+    message = f'"{sheet.columns[index][row].strip()[:60]}" in column "{sheet.names[index] or index + 1}" stands among the rows'
+    advice = "If the rows from it on are of another press or specimen, save them in a file of their own; else empty the cell"
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)
 
 
 def _beside_the_names(sheet: Sheet, used: Mapping[str, int], factors: Mapping[str, float], reading: Reading) -> Iterator[Fault]:
@@ -328,6 +341,36 @@ def _is_named_key(sheet: Sheet, index: int) -> bool:
     if not any(w in KEYS for w in parts) or sheet.unit_written(index):
         return False
     return all(not is_numeric(c) or _WHOLE.fullmatch(c) for c in {c.strip() for c in sheet.columns[index]} if c)
+
+
+# What the ball and what it presses are called by, whose size is no reading: two of it are two presses.
+_RIG = frozenset(
+    [
+        "ball",
+        "indenter",
+        "tip",
+        "pad",
+        "padding",
+        "electrode",
+        "sphere",
+        "kugel",
+        "stempel",
+        "elektrode",
+        "polster",
+        "bille",
+        "poinçon",
+        "bola",
+        "esfera",
+        "sfera",
+    ]
+)
+_SIZES = frozenset(["diameter", "radius", "size", "d", "r", "ø", "durchmesser", "diam", "thickness", "dicke", "mm", "um", "in"])
+
+
+def _is_of_rig(sheet: Sheet, index: int) -> bool:
+    """Whether a column is one of the ball, or of what it presses, by its name, and has two values or a few."""
+    parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
+    return bool(parts & _RIG) and parts <= _RIG | _SIZES and bool(few_values(sheet.columns[index]))
 
 
 def _names_in_turn(sheet: Sheet, index: int) -> bool:

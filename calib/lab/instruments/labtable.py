@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -81,6 +81,7 @@ class LabTable:
     conventions : quantity -> 1 or -1, the sign of compression by a line beside the table, and that in words.
     written : "force", "capacitance" -> the readings in the unit of the file, (n_row,); of a series capacitance that was
         converted, as they were: what the steps of the instrument are seen in.
+    stages : columns that are not read and have a few values, such as "Phase" -> the cells of each row.
     told_rows : how many rows the record has in the file, and a line beside it says, where these are more; else None.
     """
 
@@ -102,4 +103,5 @@ class LabTable:
     zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     conventions: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     written: Mapping[str, FloatArray] = field(default_factory=dict)
+    stages: Mapping[str, Sequence[str]] = field(default_factory=dict)
     told_rows: tuple[int, int] | None = None

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.contrary import names_quantity
 from calib.lab.instruments.header import is_same_header
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.lexicon import RESULTS
@@ -91,14 +92,39 @@ def is_result(cell: str) -> bool:
     return few and (any(w in RESULTS for w in parts) or _THE_MOST.match(" ".join(parts)) is not None)
 
 
-def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:
-    """Name lines that are not read, those in succession together, each with its beginning.
+#: Words by which a line beside the rows says that they are not what they seem, or by what number they are multiplied.
+DOUBT = re.compile(
+    r"(?<![^\W_])(?:not|never|no|un\w*connected|dis\w*connected|warn\w*|error\w*|fail\w*|fault\w*|wrong\w*|bad|dead|broken|"
+    r"brok\w*|defect\w*|invalid\w*|ignore\w*|discard\w*|abort\w*|stopp\w*|slip\w*|over(?:load|range|flow)\w*|saturat\w*|"
+    r"simulat\w*|synthetic|demo|dummy|reference|command\w*|setpoint\w*|reversed?|invert\w*|swapped|peak|hold|offset\w*|"
+    r"should|must|beware|caution|attention|careful|except\w*|only|instead|old|previous|last|other|another|came off|"
+    r"nicht|kein\w*|nie|warnung|achtung|vorsicht|fehler\w*|falsch\w*|kaputt|defekt|ungültig\w*|ignorieren|abgebrochen|"
+    r"abbruch|überlast\w*|simuliert\w*|referenz\w*|vertauscht|umgekehrt|sollwert\w*|nur|statt|"
+    r"pas|aucun\w*|attention|erreur\w*|faux|fausse|défaut\w*|défectueu\w*|ignorer|interrompu\w*|surcharge\w*|simulé\w*|"
+    r"référence|consigne|inversé\w*|ninguna?|atención|aviso|fallo|equivocad\w+|roto|ignorar|abortad\w+|interrumpid\w+|"
+    r"sobrecarga|simulad\w+|referencia|invertid\w+|non|attenzione|avviso|errore|sbagliat\w+|guasto|ignorare|interrott\w+|"
+    r"sovraccaric\w+|simulat\w+|riferimento|não|atenção|erro|errad\w+|referência|niet|geen|fout\w*|nie|błąd\w*|uwaga|"
+    r"ne|chyb\w*|inte|fel|не|ошибк\w*|внимание|[x×*]\s?\d+(?:[.,]\d+)?|mal \d+)(?![^\W_])"
+    r"|注意|警告|错误|錯|误|エラー|誤|未接続|未连接|不|시뮬|주의|오류|!!",
+    re.IGNORECASE,
+)
+_OF_PRESS = ("force", "displacement", "capacitance")
+_CHANNEL = re.compile(
+    r"(?<![^\W_])(?:channels?|sensors?|kan[aä]le?|kanal|canal|canaux|canales|sensore?s?|capteurs?)(?![^\W_])", re.I
+)
+# A block of so many lines is quoted in full; of a longer one so many at most, of the first, each no longer than this.
+_SHORT, _QUOTED, _LOOKED_AT, _LONGEST_QUOTE = 4, 8, 400, 80
+
+
+def not_read(sheet: Sheet, indices: Sequence[int], why: str, *, words: bool = True) -> list[Unread]:
+    """Name lines that are not read, those in succession together, each with its beginning and what it says of the readings.
 
     Parameters
     ----------
     sheet : their file.
     indices : of the lines in the file, from 0, in order.
     why : they are not.
+    words : whether they are words, of which those are quoted that may say something of the readings.
     """
     spans: list[list[int]] = []
     for i in indices:
@@ -109,9 +135,42 @@ def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:
     found = []
     for first, last in spans:
         what = f"line {first + 1}" if first == last else f"lines {first + 1} to {last + 1}"
-        shown = re.sub(r"\s+", " ", sheet.text.lines[first]).strip()[:60]
-        found.append(Unread(what, f'{why}, beginning "{shown}"' if shown else why))
+        shown = re.sub(r"\s+", " ", sheet.text.lines[first][:_LOOKED_AT]).strip()
+        longest = _LONGEST_QUOTE if words else 60
+        more = telling(sheet.text.lines[first + 1 : last + 1], first + 2) if words else ""
+        found.append(Unread(what, f'{why}, beginning "{shown[:longest]}"{more and f", then {more}"}' if shown else why))
     return found
+
+
+def telling(lines: Sequence[str], number: int | None = None) -> str:
+    """Quote what a block of lines may say of the readings: all of a short one, else lines that name a channel or a doubt.
+
+    Parameters
+    ----------
+    lines : of the block.
+    number : 1-based line of the first, which is shown; None if they are not of the file itself.
+    """
+    there = [
+        (i, " ".join(line[:_LOOKED_AT].split())) for i, line in enumerate(lines[:_LOOKED_AT]) if _HOLDS_A_WORD.search(line)
+    ]
+    doubts = [i for i, line in there if DOUBT.search(line)]
+    if len(there) < _SHORT:
+        chosen = [i for i, _ in there]
+    else:
+        named = [i for i, line in there if i not in doubts and _speaks_of_press(line)]
+        chosen = [*doubts, *named]
+    kept = sorted(chosen[:_QUOTED])
+    text = dict(there)
+    quoted = [f'"{text[i][:_LONGEST_QUOTE]}"' + (f" (line {number + i})" if number is not None else "") for i in kept]
+    more = len(chosen) - len(kept)
+    return ", ".join(quoted) + (f" and {more} more line(s) of this kind" if more else "")
+
+
+_HOLDS_A_WORD = re.compile(r"[^\W\d_]{2}|[^\W\d_]\s*[x×*=]\s*\d")
+
+
+def _speaks_of_press(line: str) -> bool:
+    return _CHANNEL.search(line) is not None or any(names_quantity(line, quantity) for quantity in _OF_PRESS)
 
 
 _OF_REMARKS = (

@@ -20,13 +20,14 @@ from calib.lab.instruments.formats import format_of
 from calib.lab.instruments.header import find_header
 from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
 from calib.lab.instruments.legend import with_legend
-from calib.lab.instruments.lines import FEW_ROWS
+from calib.lab.instruments.lines import FEW_ROWS, telling
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import CellTypes, Part
 from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.side_clocks import ONE_CLOCK
+from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
 from calib.lab.instruments.unit_columns import with_unit_columns
@@ -161,7 +162,7 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
             raise faults[own]
         _heed_remarks(path, read[own], [part for part in parts if part not in records], reading)
         why = {
-            part.title: "it is hidden" if part in records else few.get(part) or _why(part, faults.get(part))
+            part.title: "it is hidden" if part in records else few.get(part) or _why(part, faults.get(part)) + _said_by(part)
             for part in parts
             if part is not own
         }
@@ -205,7 +206,7 @@ def _read_part(path: Path, part: Part, reading: Reading) -> LabTable:
     if part.text is None:
         raise InputError(Fault(f"{part.title} is no table: {part.reason}", path, advice=_ANOTHER))
     try:
-        table = _read_text(part.text, reading, part.types)
+        table = _read_text(_with_its_name(part.text, part), reading, part.types)
         return replace(table, lines=table.lines - part.above)
     except SeveralSpecimens as error:
         raise SeveralSpecimens(_of(part, error.faults[0]), error.count) from None
@@ -214,6 +215,11 @@ def _read_part(path: Path, part: Part, reading: Reading) -> LabTable:
         told = unknown is None or any(fault.advice == unknown.advice for fault in error.faults)
         more = () if told or unknown is None else (unknown,)
         raise InputError([_of(part, fault) for fault in (*more, *error.faults)]) from None
+
+
+def _with_its_name(text: LabText, part: Part) -> LabText:
+    """A text with the name of its part as a remark on it, where that says a unit: a sheet called "Force in mN"."""
+    return replace(text, comments=(*text.comments, (1, -1, part.name))) if next(stated_units(part.name), None) else text
 
 
 def _of(part: Part, fault: Fault) -> Fault:
@@ -267,6 +273,12 @@ def _shown(table: LabTable | None, error: InputError | None) -> str:
 
 def _why(part: Part, error: InputError | None) -> str:
     return part.reason or f"not understood: {_brief(error)}"
+
+
+def _said_by(part: Part) -> str:
+    """What a part that is no record says, as a sheet of notes does: all of a short one."""
+    says = telling([line.replace("\t", " ") for line in part.text.lines]) if part.text is not None else ""
+    return f"; it says {says}" if says else ""
 
 
 def _brief(error: InputError | None) -> str:

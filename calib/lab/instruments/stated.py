@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from calib.lab.instruments.brackets import no_record, words_in
+from calib.lab.instruments.contrary import names_quantity
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
@@ -34,6 +35,24 @@ _PARTS = re.compile(r"[;|\t]|,(?!\d)|(?<!\d),|(?<=[a-z)])\s*:\s|\s\band\b\s|\s\b
 _PART = re.compile(rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?P<tail>[^\s\d]*)(?P<rest>.*)", re.IGNORECASE)
 _SCALE_WORD = re.compile(rf"(?<![^\W_])(?:{SCALE}|scaled|skaliert)(?![^\W_])", re.IGNORECASE)
 _RANGE_WORD = re.compile(r"(?:range|bereich)$", re.IGNORECASE)
+# "Mult force: 10", "Koeffizient Kraft 2,5", "F x 10", "Kraft mal 2 nehmen": a factor of the one quantity that the line names;
+# in a line of several, or of none, it is a result or a count.
+_OF_ONE = (
+    re.compile(
+        r"(?P<before>[^\d]*?)(?<![^\W_])(?:mult|coeff?s?|coefficients?|koeffizient(?:en)?|coeficientes?|coefficient[ei]|slope|steigung|"
+        r"pente|pendiente|pendenza|teiler|divis(?:or|eur)|divider|divisore|mnożnik|násobitel|vermenigvuldig\w*|множитель)"
+        rf"(?![^\W_])(?P<behind>[^\d/]*?)(?P<number>{_NUMBER})[\s!.]*",
+        re.IGNORECASE,
+    ),
+    re.compile(
+        rf"(?P<before>[^\d]*?)[\s:;,\t]+(?:mal|fois|por|veces|volte|maal|razy|krát)(?P<behind>\s+)(?P<number>{_NUMBER})(?![\w.,:]*\d)"
+        r"(?:\s+(?:nehmen|genommen|multipli\w+|rechnen|gerechnet|zu \w+))?[\s!.]*",
+        re.IGNORECASE,
+    ),
+    re.compile(rf"(?P<before>[FCdsz])(?P<behind>[\s:]*)[x×*]\s?(?P<number>{_NUMBER})[\s!.]*"),
+)
+_SYMBOLS = {"F": "force", "C": "capacitance", "d": "displacement", "s": "displacement", "z": "displacement"}
+_OF_FITS = re.compile(r"correl|korrel|regress|variat|variation|fit\b|determin|friction|reib|[rR]²|\bR2\b", re.IGNORECASE)
 # "multiply Load column by 2", "divide the force by 1000".
 _BY = re.compile(
     r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|scaled|skaliert|amplified|verstärkt|"
@@ -50,8 +69,8 @@ _OTHERWISE = (
         re.IGNORECASE,
     ),
     re.compile(rf"(?P<what>[^\d]*?)(?:1\s?[/:]\s?)(?P<number>{_NUMBER})\s+scale\b", re.IGNORECASE),
-    re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*[*/×]\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
-    re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*[*×]\s*[^\W\d].*", re.IGNORECASE),
+    re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*(?:[*/×]|\sx\s)\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
+    re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*(?:[*×]|\sx\s)\s*[^\W\d].*", re.IGNORECASE),
 )
 _PRODUCTS = _OTHERWISE[-2:]
 # "gain x10 not corrected in capacitance column", "amplifier gain 10 not yet divided out of force": what was left to be done.
@@ -122,6 +141,12 @@ _IN_UNIT = re.compile(
 _UNITS = re.compile(
     r"\b(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai])\b|单位|単位|단위",
     re.I,
+)
+# "force x2 from here", "Kraft mal 10 ab hier".
+_TIMES_FROM = re.compile(
+    rf"(?<![^\W\d_])(?:[x×*]|mal|times)\s?{_NUMBER}\s+"
+    r"(?:from (?:here|now)|now|since|ab (?:hier|jetzt)|à partir|desde|da qui|od)(?![^\W_])",
+    re.IGNORECASE,
 )
 _RANGE = re.compile(
     r"\b(?:range|gain|scale(?![ -]?bar)|scaling|factor|calib\w*|load ?cell|amplifier|messbereich|bereich|faktor|verstärkung|"
@@ -233,6 +258,12 @@ def _factors_of(line: str) -> tuple[str, ...]:
             quantity = quantity_of(match["what"]) or quantity_of(line)
             if quantity is not None or pattern not in _PRODUCTS:
                 return (quantity or "",)
+    for pattern in _OF_ONE:
+        match = pattern.fullmatch(line)
+        if match is not None and not _is_one(match["number"]) and not _OF_FITS.search(line) and not _of_others(line):
+            symbol, words = match["before"], f"{match['before']} {match['behind']}"
+            named = [_SYMBOLS[symbol]] if symbol in _SYMBOLS else [q for q in _QUANTITIES if names_quantity(words, q)]
+            return tuple(named) if len(named) == 1 and named != ["time"] else ()
     match = _FACTOR.fullmatch(line)
     if match is not None:
         tail, word = match["tail"].lower().rstrip(")]"), match["word"].lower()
@@ -373,7 +404,7 @@ def speaks_of_scale(text: str) -> bool:
     """
     if _UNITS.search(text) or stated_factors([text]) or next(stated_units(text), None):
         return True
-    if _RANGE.search(text):
+    if _RANGE.search(text) or (len(text) <= _LONGEST and _TIMES_FROM.search(text)):
         return True
     words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=!?\d]{2,4}(?![\w])", text)
     return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)

@@ -135,14 +135,33 @@ _HIDDEN = re.compile(rb'<(?:\w+:)?(?P<kind>row|col) (?=[^>]*\bhidden="(?:1|true)
 _MERGED = re.compile(rb'<(?:\w+:)?mergeCell [^>]*ref="([A-Z0-9:]+)"')
 
 
+_STYLED = re.compile(rb'<(?:\w+:)?c (?=[^>]*\br="[A-Z]+(?P<row>\d+)")(?=[^>]*\bs="(?P<style>\d+)")[^>]*[^/]>')
+_FONT = re.compile(rb"<(?:\w+:)?font(?:/>|>.*?</(?:\w+:)?font>)", re.DOTALL)
+_STRIKE = re.compile(rb'<(?:\w+:)?strike(?:/>| (?!val="(?:0|false)"))')
+_FORMATS = re.compile(rb"<(?:\w+:)?cellXfs.*?</(?:\w+:)?cellXfs>", re.DOTALL)
+
+
+def _struck(archive: zipfile.ZipFile) -> frozenset[bytes]:
+    """The formats of cells that are struck through, by the number that cells have."""
+    if "xl/styles.xml" not in archive.namelist():
+        return frozenset()
+    styles = archive.read("xl/styles.xml")
+    fonts = {str(i).encode() for i, font in enumerate(_FONT.findall(styles)) if _STRIKE.search(font)}
+    formats = _FORMATS.search(styles) if fonts else None
+    of_fonts = re.findall(rb'<(?:\w+:)?xf [^>]*?fontId="(\d+)"', formats[0]) if formats is not None else []
+    return frozenset(str(i).encode() for i, font in enumerate(of_fonts) if font in fonts)
+
+
 def _scan(data: bytes, sheet: str) -> _Scan:
     formulas, hidden_rows, hidden_columns, merged = False, list[int](), list[int](), list[str]()
     with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(sheet) as file:
-        rest = b""
+        rest, struck_rows, struck = b"", set[int](), _struck(archive)
         while block := file.read(1 << 22):
             whole, bracket, rest = (rest + block).rpartition(b">")
             whole += bracket
             formulas = formulas or _FORMULA.search(whole) is not None
+            styled = _STYLED.finditer(whole) if struck else ()
+            struck_rows |= {int(match["row"]) for match in styled if match["style"] in struck}
             merged += [match[1].decode() for match in _MERGED.finditer(whole)]
             for match in _HIDDEN.finditer(whole):
                 numbers = {name: int(number) for name, number in re.findall(rb'\b(r|min|max)="(\d+)"', match["attributes"])}
@@ -153,6 +172,10 @@ def _scan(data: bytes, sheet: str) -> _Scan:
     notes = []
     if hidden_rows:
         notes.append(f"{len(hidden_rows)} hidden row(s) are read as the others, the first is row {min(hidden_rows)}")
+    if struck_rows:
+        notes.append(
+            f"{len(struck_rows)} row(s) with cells struck through are read as the others, the first is row {min(struck_rows)}"
+        )
     if hidden_columns:
         letters = ", ".join(column_letters(column - 1) for column in hidden_columns[:8])
         notes.append(f"hidden column(s) {letters}{' and more' if len(hidden_columns) > 8 else ''} are read as the others")
