@@ -462,7 +462,7 @@ def no_header(text: LabText) -> Fault:
         return Fault(f"there is no header; {clock[0]}{found}", text.path, first + 1, advice=clock[1])
     if not width:
         return Fault(
-            f"no table is found, neither names that are understood nor rows of numbers{found}",
+            f"no table is found{found}",
             text.path,
             first + 1,
             advice=A_TABLE,
