@@ -22,6 +22,7 @@ class Notation:
     decimals : that of each column.
     notes : choices that were made.
     askable : the likelier mark where the user may say it, ".," if none is, "" where the cells contradict each other.
+    damaged : whether the mark is known, and cells are read by it only if the user says that they are right.
     conflict, places : why a mark cannot be told, "" if all can, and the cells (row, column) that show it.
     """
 
@@ -31,6 +32,7 @@ class Notation:
     conflict: str = ""
     places: tuple[tuple[int, int], ...] = ()
     askable: str = ""
+    damaged: bool = False
 
 
 @dataclass(frozen=True)
@@ -151,8 +153,8 @@ def decide_notation(
     decimal mark that the others show, if that is this one; whole numbers beside such cells ("999", "1.000") tell by going
     on from one to the next. A mark that sets thousands apart in one column is no decimal mark in another that shows none.
     What then is open is the user's to say, or refused. Cells of a column that contradict each other are refused; so is a
-    column whose values below one have other than three decimals while all those above have exactly three: a spreadsheet has
-    taken their decimal mark for a thousands mark ("0,9966", "10,114").
+    column whose values below one have other than three decimals while all those above have exactly three, and do not go on
+    from these: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966", "10,114"), unless the user says it.
 
     Parameters
     ----------
@@ -222,9 +224,10 @@ def decide_notation(
         notes += [f'"{names[c]}": {note}'] if note else []
         decimals.append(decimal)
         if decimal and decimal in text:
-            conflict, showing = _damaged(text, decimal)
+            conflict, showing = _damaged(text, columns[c], decimal) if decimal != asked else ("", ())
             if conflict:
-                return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in showing]))
+                places = _places(texts, [(m, c) for m in showing])
+                return Notation("", conflict=conflict, places=places, askable=decimal, damaged=True)
     if asked and not was_open and seen - {asked}:
         c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
         return Notation(
@@ -400,8 +403,12 @@ def _going_on(cells: Sequence[str], mark: str) -> str:
     return best if steps[best] < _SMOOTH and steps[worst] > _ROUGH else ""
 
 
-def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, ...]]:
-    """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not."""
+def _damaged(text: str, cells: Sequence[str], decimal: str) -> tuple[str, tuple[re.Match[str] | None, ...]]:
+    """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not.
+
+    A number that was damaged so is ten times as large at least, and so is the step to it from one below one; an instrument
+    that shows as many digits of any number ("0.9976", then "1.002") writes what goes on.
+    """
     if _OTHER[decimal] in text:
         return "", ()
     # What is told soon, or by few of the cells, is looked for first.
@@ -417,6 +424,11 @@ def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, 
     if {len(m) for m in _ONE_AND_MORE[decimal].findall(text)} != {3}:
         return "", ()
     if min({len(m) for m in _BELOW_ONE[decimal].findall(text)} - {0}) <= 3:
+        return "", ()
+    level = np.abs(to_numbers(cells, decimal).values)
+    level = np.log10(level[level > 0])
+    across = np.abs(np.diff(level))[(level[1:] >= 0) != (level[:-1] >= 0)]
+    if across.size and float(np.median(across)) < _ROUGH:
         return "", ()
     return "values below one have more decimals than three, all others exactly three", (small, apart)
 
