@@ -543,7 +543,7 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
     )
     row, column = notation.places[-1] if notation.places else (0, 0)
     mark = notation.askable
-    say = f"If all numbers are right as they stand, say --decimal \"{mark}\". " if notation.damaged else _SAY_MARK[mark]
+    say = f'If all numbers are right as they stand, say --decimal "{mark}". ' if notation.damaged else _SAY_MARK[mark]
     return Fault(
         f"the decimal mark cannot be told: {notation.conflict}: {shown}",
         sheet.text.path,

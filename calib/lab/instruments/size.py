@@ -178,7 +178,8 @@ def _without_marks(
         if not rows.size or float(np.median(size) if shown == "capacitance" else np.max(size)) < large:
             continue
         spread = rows[:: max(1, rows.size // _SHOWN)].tolist()
-        mark = decimals.get(quantity) or "."
+        # Who said which mark is the decimal one has said what the other is.
+        mark = "" if reading.decimal else decimals.get(quantity) or "."
         cells = [_without_thousands(own[r], mark) for r in spread]
         others = [
             c for q, i in places.items() if q != quantity for r in spread if re.search(r"[.,]\d", c := sheet.columns[i][r])
@@ -187,7 +188,9 @@ def _without_marks(
         written = own[row].strip()
         if others and all(map(str.isdigit, cells)) and len(_without_thousands(written, mark)) >= digits:
             unit = sheet.unit_written(places[quantity]) or SI_UNIT[quantity]
-            lost = "lost" if written.lstrip("+-\u2212").isdigit() else "taken for marks of thousands, as by a spreadsheet program"
+            lost = (
+                "lost" if written.lstrip("+-\u2212").isdigit() else "taken for marks of thousands, as by a spreadsheet program"
+            )
             faults.append(
                 Fault(
                     f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '
@@ -204,12 +207,13 @@ def _without_marks(
 
 
 def _without_thousands(cell: str, decimal: str) -> str:
-    """The digits of a whole number, without its sign and what sets thousands apart in it.
+    """The digits of a whole number, without its sign and what sets thousands apart in it, beside this decimal mark, if any.
 
     >>> _without_thousands("-25.832", ","), _without_thousands("25.832", "."), _without_thousands("1'025'832", ".")
     ('25832', '25.832', '1025832')
     """
-    return _SETS_APART[decimal].sub("", cell.strip().lstrip("+-\u2212"))
+    digits = cell.strip().lstrip("+-\u2212")
+    return _SETS_APART[decimal].sub("", digits) if decimal else digits
 
 
 def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
