@@ -36,8 +36,8 @@ _TWO_LEVELS, _WITH, _IN_TURN, _HELD, _EVENLY = 0.6, 0.15, -0.45, 0.2, 0.5
 _SHUFFLED, _FEWEST_SHUFFLED = 0.35, 10
 
 # Beside a clock: steps of shuffled places, in shares of their range; two levels apart by so many last digits; how many rows are
-# the top, and the share of the scatter that is left there; of two curves each scatters by such a share of both together, holds such a
-# share of the rows, and is left for the other by such a share of them.
+# the top, and the share of the scatter that is left there; of two curves each scatters by such a share of both together, holds
+# such a share of the rows, and is left for the other by such a share of them.
 _FAR, _DIGITS, _AT_TOP, _MEET, _SMOOTHER, _HALF, _CHANGES = 0.01, 3.0, 6, 0.4, 0.45, 0.4, 0.35
 
 

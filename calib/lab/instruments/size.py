@@ -188,9 +188,7 @@ def _without_marks(
         written = own[row].strip()
         if others and all(map(str.isdigit, cells)) and len(_without_thousands(written, mark)) >= digits:
             unit = sheet.unit_written(places[quantity]) or SI_UNIT[quantity]
-            lost = (
-                "lost" if written.lstrip("+-\u2212").isdigit() else "taken for marks of thousands, as by a spreadsheet program"
-            )
+            lost = "lost" if written.lstrip("+-\u2212").isdigit() else "taken for marks of thousands, as by a spreadsheet"
             faults.append(
                 Fault(
                     f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '

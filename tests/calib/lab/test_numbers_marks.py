@@ -105,7 +105,7 @@ def test_decimal_marks_that_became_marks_of_thousands_are_read_only_where_they_a
     damaged = [f"{f:.4f}".replace(".", ",") if f < 1 else f"{round(1e4 * f):,}" for f in force]
     path = written(tmp_path, "Zeit (s);Weg (mm);Kraft (N)", comma(TIME), comma(DEPTH), damaged)
     assert 'say --decimal ","' in refusal(path)
-    with pytest.raises(InputError, match="10 times larger .* --units force="):
+    with pytest.raises(InputError, match=r"10 times larger .* --units force="):
         read_lab_file(path, Reading(decimal=","))
     table = read_lab_file(path, Reading(decimal=",", units={"force": "N"}))
     np.testing.assert_allclose(table.columns["force"], [float(c.replace(",", ".")) for c in damaged])
