@@ -10,6 +10,7 @@ from itertools import islice
 import numpy as np
 
 from calib.lab.instruments.numbers import EXPONENT, SIGNS, SPACES, is_missing, to_numbers
+from models.sensor import FloatArray
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,8 @@ _WITHOUT_BOTH = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?\d{{4,}}(?:{re.escape(m)}\d*
 _OF_BOTH = 3
 # Steps between neighbours, as powers of ten: of a notation that fits, and of one that does not.
 _SMOOTH, _ROUGH = 0.35, 1.0
+# Share of the steps of a signal that go across one at most.
+_ACROSS = 0.1
 
 
 def decide_notation(
@@ -224,10 +227,12 @@ def decide_notation(
         notes += [f'"{names[c]}": {note}'] if note else []
         decimals.append(decimal)
         if decimal and decimal in text:
-            conflict, showing = _damaged(text, columns[c], decimal) if decimal != asked else ("", ())
-            if conflict:
+            conflict, showing = _damaged(text, columns[c], decimal)
+            # A signal goes across one a few times; numbers in turn, as in two units, are not made right by a mark.
+            few = bool(conflict) and _across(columns[c], decimal).size <= _ACROSS * len(columns[c])
+            if conflict and not (few and decimal == asked):
                 places = _places(texts, [(m, c) for m in showing])
-                return Notation("", conflict=conflict, places=places, askable=decimal, damaged=True)
+                return Notation("", conflict=conflict, places=places, askable=decimal if few else "", damaged=few)
     if asked and not was_open and seen - {asked}:
         c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
         return Notation(
@@ -425,12 +430,17 @@ def _damaged(text: str, cells: Sequence[str], decimal: str) -> tuple[str, tuple[
         return "", ()
     if min({len(m) for m in _BELOW_ONE[decimal].findall(text)} - {0}) <= 3:
         return "", ()
-    level = np.abs(to_numbers(cells, decimal).values)
-    level = np.log10(level[level > 0])
-    across = np.abs(np.diff(level))[(level[1:] >= 0) != (level[:-1] >= 0)]
+    across = _across(cells, decimal)
     if across.size and float(np.median(across)) < _ROUGH:
         return "", ()
     return "values below one have more decimals than three, all others exactly three", (small, apart)
+
+
+def _across(cells: Sequence[str], decimal: str) -> FloatArray:
+    """The steps from numbers below one to others beside them and back, as powers of ten."""
+    size = np.abs(to_numbers(cells, decimal).values)
+    level = np.log10(size[size > 0])
+    return np.asarray(np.abs(np.diff(level))[(level[1:] >= 0) != (level[:-1] >= 0)])
 
 
 def _longer(text: str, decimal: str) -> Iterator[re.Match[str]]:
