@@ -620,6 +620,30 @@ def not_now(text: str) -> str:
     return f'"{found}" may be what is left, or of another run' if found else ""
 
 
+def bends_itself(name: str) -> str:
+    """Why a name may be of how far the machine itself gives way under the load, rather than of the ball; "" if it is not.
+
+    >>> bends_itself("Frame deflection (mm)"), bends_itself("Rahmendurchbiegung")[:20]
+    ('"Frame deflection" may be how far the machine itself gives way', '"Rahmendurchbiegung"')
+    >>> bends_itself("Deflection (machine)"), bends_itself("Compliance corrected machine path"), bends_itself("Deflection")
+    ('', '', '')
+    """
+    outside = re.sub(r"[(\[].*", "", name).strip(" _,;:")
+    text = _CAMEL.sub(" ", outside).replace("_", " ").lower()
+    itself = _GIVES_WAY.search(text) and _MACHINE.search(text) and not _OF_SAMPLE.search(text)
+    return f'"{outside}" may be how far the machine itself gives way' if itself else ""
+
+
+# How far something bends, what of a machine does, and words by which it is the sample, or was taken off.
+_GIVES_WAY = re.compile(r"d[eé]fle[xc]|complian|durchbieg|aufbieg|verform|d[eé]forma|nachgieb|fl[eé]xi[oó]n|flessione")
+_MACHINE = re.compile(
+    r"\bframe|machine?\b|\brig\b|\bload ?cell\b|rahmen|maschine|kraftmessdose|\bbâti\b|telaio|macchina|bastidor|máquina"
+)
+_OF_SAMPLE = re.compile(
+    r"sample|specimen|probe|\bball\b|correct|korrig|corrig|compensat|kompens|total|gesamt|without|ohne|minus"
+)
+
+
 def _is_rest(word: str) -> bool:
     return word.startswith("rest") and word.removeprefix("rest") in WITH_REST
 

@@ -323,7 +323,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             for r, near in rows.items():
                 _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
-        faults += implausible(sheet, values, places, reading)
+        faults += implausible(sheet, values, places, decimals, reading)
     faults = faults or upside_down(sheet, columns, values, reading)
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
@@ -558,10 +558,12 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
         for r, c in notation.places
     )
     row, column = notation.places[-1] if notation.places else (0, 0)
+    mark = notation.askable
+    say = f'If all numbers are right as they stand, say --decimal "{mark}". ' if notation.damaged else _SAY_MARK[mark]
     return Fault(
         f"the decimal mark cannot be told: {notation.conflict}: {shown}",
         sheet.text.path,
         int(sheet.lines[row]),
         columns[column].index + 1,
-        advice=f"{_SAY_MARK[notation.askable]}{DAMAGED}",
+        advice=f"{say}{DAMAGED}",
     )

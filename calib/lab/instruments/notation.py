@@ -10,6 +10,7 @@ from itertools import islice
 import numpy as np
 
 from calib.lab.instruments.numbers import EXPONENT, SIGNS, SPACES, is_missing, to_numbers
+from models.sensor import FloatArray
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Notation:
     decimals : that of each column.
     notes : choices that were made.
     askable : the likelier mark where the user may say it, ".," if none is, "" where the cells contradict each other.
+    damaged : whether the mark is known, and cells are read by it only if the user says that they are right.
     conflict, places : why a mark cannot be told, "" if all can, and the cells (row, column) that show it.
     """
 
@@ -31,6 +33,7 @@ class Notation:
     conflict: str = ""
     places: tuple[tuple[int, int], ...] = ()
     askable: str = ""
+    damaged: bool = False
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,8 @@ _WITHOUT_BOTH = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?\d{{4,}}(?:{re.escape(m)}\d*
 _OF_BOTH = 3
 # Steps between neighbours, as powers of ten: of a notation that fits, and of one that does not.
 _SMOOTH, _ROUGH = 0.35, 1.0
+# Share of the steps of a signal that go across one at most.
+_ACROSS = 0.1
 
 
 def decide_notation(
@@ -151,8 +156,8 @@ def decide_notation(
     decimal mark that the others show, if that is this one; whole numbers beside such cells ("999", "1.000") tell by going
     on from one to the next. A mark that sets thousands apart in one column is no decimal mark in another that shows none.
     What then is open is the user's to say, or refused. Cells of a column that contradict each other are refused; so is a
-    column whose values below one have other than three decimals while all those above have exactly three: a spreadsheet has
-    taken their decimal mark for a thousands mark ("0,9966", "10,114").
+    column whose values below one have other than three decimals while all those above have exactly three, and do not go on
+    from these: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966", "10,114"), unless the user says it.
 
     Parameters
     ----------
@@ -222,9 +227,12 @@ def decide_notation(
         notes += [f'"{names[c]}": {note}'] if note else []
         decimals.append(decimal)
         if decimal and decimal in text:
-            conflict, showing = _damaged(text, decimal)
-            if conflict:
-                return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in showing]))
+            conflict, showing = _damaged(text, columns[c], decimal)
+            # A signal goes across one a few times; numbers in turn, as in two units, are not made right by a mark.
+            few = bool(conflict) and _across(columns[c], decimal).size <= _ACROSS * len(columns[c])
+            if conflict and not (few and decimal == asked):
+                places = _places(texts, [(m, c) for m in showing])
+                return Notation("", conflict=conflict, places=places, askable=decimal if few else "", damaged=few)
     if asked and not was_open and seen - {asked}:
         c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
         return Notation(
@@ -400,8 +408,12 @@ def _going_on(cells: Sequence[str], mark: str) -> str:
     return best if steps[best] < _SMOOTH and steps[worst] > _ROUGH else ""
 
 
-def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, ...]]:
-    """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not."""
+def _damaged(text: str, cells: Sequence[str], decimal: str) -> tuple[str, tuple[re.Match[str] | None, ...]]:
+    """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not.
+
+    A number that was damaged so is ten times as large at least, and so is the step to it from one below one; an instrument
+    that shows as many digits of any number ("0.9976", then "1.002") writes what goes on.
+    """
     if _OTHER[decimal] in text:
         return "", ()
     # What is told soon, or by few of the cells, is looked for first.
@@ -418,7 +430,17 @@ def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, 
         return "", ()
     if min({len(m) for m in _BELOW_ONE[decimal].findall(text)} - {0}) <= 3:
         return "", ()
+    across = _across(cells, decimal)
+    if across.size and float(np.median(across)) < _ROUGH:
+        return "", ()
     return "values below one have more decimals than three, all others exactly three", (small, apart)
+
+
+def _across(cells: Sequence[str], decimal: str) -> FloatArray:
+    """The steps from numbers below one to others beside them and back, as powers of ten."""
+    size = np.abs(to_numbers(cells, decimal).values)
+    level = np.log10(size[size > 0])
+    return np.asarray(np.abs(np.diff(level))[(level[1:] >= 0) != (level[:-1] >= 0)])
 
 
 def _longer(text: str, decimal: str) -> Iterator[re.Match[str]]:

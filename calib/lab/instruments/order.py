@@ -1,4 +1,4 @@
-"""From the readings of a record without a clock to whether its rows were sorted by one, which mixes loading with unloading."""
+"""From the readings of a record to whether its rows were sorted by one of them, which mixes loading with unloading."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ _TWO_LEVELS, _WITH, _IN_TURN, _HELD, _EVENLY = 0.6, 0.15, -0.45, 0.2, 0.5
 # Places that are shuffled turn at such a share of so many steps at least (two thirds by chance).
 _SHUFFLED, _FEWEST_SHUFFLED = 0.35, 10
 
+# Beside a clock: steps of shuffled places, in shares of their range; two levels apart by so many last digits; how many rows are
+# the top, and the share of the scatter that is left there; of two curves each scatters by such a share of both together, holds
+# such a share of the rows, and is left for the other by such a share of them.
+_FAR, _DIGITS, _AT_TOP, _MEET, _SMOOTHER, _HALF, _CHANGES = 0.01, 3.0, 6, 0.4, 0.45, 0.4, 0.35
+
 
 @dataclass(frozen=True, eq=False)
 class _Off:
@@ -54,10 +59,12 @@ class _Off:
 
 
 def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading) -> list[Fault]:
-    """List what shows that the rows of a record without a time were sorted by a column of their readings.
+    """List what shows that the rows of a record were sorted by a column of their readings, with or without a time beside them.
 
     A column of measured readings never goes back where rows were sorted by it; the rows of both ways of the ball then stand in
-    turn, so that another channel goes to and fro between two levels, and what was measured out of contact is shuffled.
+    turn, so that another channel goes to and fro between two levels, and what was measured out of contact is shuffled. Beside a
+    time, which may not have been sorted with them, less is taken for it: steps in which the load relaxes, and one that sticks
+    and slips, go to and fro, too, but not on two curves that meet at the top.
 
     Parameters
     ----------
@@ -67,33 +74,37 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
     reading : what the user says of the file.
     """
     judged = [c for c in columns if c.quantity in _CHANNELS and c.quantity in values]
-    if "time" in values or len(judged) < 2:
+    if len(judged) < 2:
         return []
     there = np.all([np.isfinite(values[c.quantity]) for c in judged], axis=0)
     rows = np.flatnonzero(there)
     if rows.size < _FEWEST:
         return []
     held = {c: values[c.quantity][rows] for c in judged}
-    for by in judged:
-        if not _in_order(held[by]):
-            continue
-        for other in judged:
-            if other is by or not _mixed(by, held[by], other, held[other]):
-                continue
-            if is_confirmed(sheet, other.index, other.heading, other.factor, reading):
-                continue
-            quantity = IN_PLACE_OF.get(other.quantity, other.quantity)
-            unit = unit_in_words(sheet, other.index, other.heading, reading)
-            message = (
-                f'the rows are in the order of column "{sheet.names[by.index]}", and "{sheet.names[other.index]}" goes to and '
-                "fro along them, as if they were sorted, which mixes loading with unloading"
-            )
-            advice = (
-                "Export them in the order in which they were read, best with their time; or the loading rows alone; if they "
-                f"are in that order, let the header name the unit and say it once more: --units {quantity}={unit}"
-            )
-            return [Fault(message, sheet.text.path, int(sheet.lines[rows[0]]), by.index + 1, advice=advice)]
-    return []
+    mixed = _mixed_beside_a_clock if "time" in values else _mixed
+    clock = ", and the time was not sorted with them" if "time" in values else ""
+    apart = [
+        (by, other)
+        for by in judged
+        if _in_order(held[by])
+        for other in judged
+        if other is not by and mixed(by, held[by], other, held[other])
+    ]
+    # Whoever says one of them once more says that the rows are in order.
+    if not apart or any(is_confirmed(sheet, c.index, c.heading, c.factor, reading) for _, c in apart):
+        return []
+    by, other = apart[0]
+    quantity = IN_PLACE_OF.get(other.quantity, other.quantity)
+    unit = unit_in_words(sheet, other.index, other.heading, reading)
+    message = (
+        f'the rows are in the order of column "{sheet.names[by.index]}", and "{sheet.names[other.index]}" goes to and '
+        f"fro along them, as if they were sorted{clock}, which mixes loading with unloading"
+    )
+    advice = (
+        "Export them in the order in which they were read, best with their own time; or the loading rows alone; if they "
+        f"are in that order, let the header name the unit and say it once more: --units {quantity}={unit}"
+    )
+    return [Fault(message, sheet.text.path, int(sheet.lines[rows[0]]), by.index + 1, advice=advice)]
 
 
 def _mixed(by: ReadColumn, v: FloatArray, other: ReadColumn, y: FloatArray) -> bool:
@@ -105,6 +116,45 @@ def _mixed(by: ReadColumn, v: FloatArray, other: ReadColumn, y: FloatArray) -> b
             return True
         return _of_two_levels(v, y)
     return _of_two_levels(v, y) or (other.quantity == "displacement" and _shuffled(v, y))
+
+
+def _mixed_beside_a_clock(by: ReadColumn, v: FloatArray, other: ReadColumn, y: FloatArray) -> bool:
+    """The same where a time goes on from row to row, which is evidence that they are in order, unless much says otherwise."""
+    if y.size < _FEWEST_HELD:
+        return False
+    by_top = slice(None, None, 1 if abs(v[-1] - np.median(v)) > abs(v[0] - np.median(v)) else -1)
+    v, y = v[by_top], y[by_top]
+    far = other.quantity == "displacement" and _shuffled(v, y) and _goes_far(v, y)
+    return far or _on_two_curves(v, y)
+
+
+def _goes_far(v: FloatArray, x: FloatArray) -> bool:
+    """Whether places that are shuffled are as far apart as those of a ball that goes to and fro out of contact."""
+    off = _off(v, x)
+    return float(np.median(np.abs(np.diff(x))[off.large[off.large < x.size - 1]])) > _FAR * float(np.ptp(x))
+
+
+def _on_two_curves(v: FloatArray, y: FloatArray) -> bool:
+    """Whether readings lie on two curves, each by far smoother than both together, that meet at the top."""
+    off = _off(v, y)
+    at = off.large
+    scatter = float(np.median(off.scatter[at])) if off.grows else 0.0
+    if at.size < _FEWEST_HELD // 2 or scatter < _DIGITS * least_apart(y):
+        return False
+    there, rest = (a[-_AT_TOP:] - np.mean(a[-_AT_TOP:]) for a in (v, y))
+    spread = float(there @ there)
+    rest = rest - there * (float(there @ rest) / spread if spread > 0 else 0.0)
+    if float(np.sqrt(np.mean(rest**2))) > _MEET * float(np.max(off.scatter)):
+        return False
+    above = off.by[at] > 0
+    if np.mean(above[1:] != above[:-1]) < _CHANGES:
+        return False
+    own = []
+    for way in (at[above], at[~above]):
+        if way.size < max(_BESIDE, _HALF * at.size):
+            return False
+        own.append(_off(v[way], y[way]).by[_BESIDE // 2 : -(_BESIDE // 2)])
+    return float(np.sqrt(np.mean(np.concatenate(own) ** 2))) < _SMOOTHER * float(np.sqrt(np.mean(off.by[at] ** 2)))
 
 
 def _in_order(v: FloatArray) -> bool:

@@ -96,7 +96,12 @@ def _way_of(column: Sequence[str]) -> _Written | None:
         numbers = {r: way.plain(m) for r in sorted(odd) if (m := way.pattern.fullmatch(column[r].strip())) is not None}
         if not numbers or len(numbers) < len(odd) or not all(map(is_numeric, numbers.values())):
             continue
-        if way.signs and any(c.lstrip()[:1] in _MINUS and is_numeric(c) for r, c in enumerate(column) if r not in numbers):
+        if way.signs and any(_has_minus(cell) for r, cell in enumerate(column) if r not in numbers):
             continue  # written in two ways, one may be damage
         return _Written(way, numbers)
     return None
+
+
+def _has_minus(cell: str) -> bool:
+    """Whether a cell is a number with a minus in front, other than a zero, whose sign says nothing ("-0.0000")."""
+    return cell.lstrip()[:1] in _MINUS and is_numeric(cell) and any(c in "123456789" for c in cell)

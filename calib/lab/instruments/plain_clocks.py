@@ -45,7 +45,12 @@ _PARTS = {
 # A number, or a time of day, and the digits behind its point.
 _SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1,9})")
 # Minutes and seconds with a point between them, and the largest step of such that shows that they are.
-_MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
+_MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<h>)(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
+# What may stand behind the point of a time in a unit of so many seconds.
+_SIXTIETHS = {
+    _MINUTE: ("minutes and seconds", _MINUTES),
+    60 * _MINUTE: ("hours, minutes and seconds", re.compile(r"(?P<h>\d{1,4})[.,](?P<m>[0-5]\d)(?P<s>[0-5]\d)")),
+}
 # What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
 _OF_STOPWATCH, _NEXT = re.compile(r"(?P<m>\d{1,2}):(?P<s>[0-5]\d)(?P<part>[.,]\d{1,9})"), 2.5
 # What it shows before.
@@ -108,13 +113,12 @@ def with_plain_clocks(sheet: Sheet, reading: Reading) -> Sheet:
             columns[index], note = _with_colons(sheet, index, columns[index], by_point)
             notes.append(note)
             continue
-        sixtieths = (
-            _sixtieths(columns[index]) if is_unit_of(unit or "?", "time") and lab_factor(unit, "time") == _MINUTE else None
-        )
-        if sixtieths is not None and "time" not in reading.units:
-            at = next(k for k, c in enumerate(sixtieths) if c and c[:5] > "00:00")
+        form = _SIXTIETHS.get(lab_factor(unit, "time")) if is_unit_of(unit or "?", "time") else None
+        sixtieths = _sixtieths(columns[index], form[1]) if form is not None and "time" not in reading.units else None
+        if form is not None and sixtieths is not None:
+            at = next(k for k, c in enumerate(sixtieths) if c and c[:5] != sixtieths[0][:5])
             notes.append(
-                f'"{name}": "{columns[index][at].strip()}" is read as minutes and seconds, {sixtieths[at]}: what stands behind '
+                f'"{name}": "{columns[index][at].strip()}" is read as {form[0]}, {sixtieths[at]}: what stands behind '
                 "the point never passes 59, and goes on as seconds do where a minute is full"
             )
             columns[index] = sixtieths
@@ -294,14 +298,17 @@ def _filled_up(cells: Sequence[str]) -> list[str] | None:
     return [next(rest) if c.strip() else "" for c in cells]
 
 
-def _sixtieths(cells: Sequence[str]) -> list[str] | None:
-    """Minutes with seconds behind their point, "0.59" before "1.00", as times of day; None if they are decimals of a minute."""
+def _sixtieths(cells: Sequence[str], form: re.Pattern[str]) -> list[str] | None:
+    """Minutes with seconds behind their point, "0.59" before "1.00", as times of day; None if they are decimals of a minute.
+
+    So are hours with minutes and seconds, "10.0059" before "10.0100".
+    """
     found: list[str] = []
     for cell in cells:
-        match = _MINUTES.fullmatch(cell.strip())
+        match = form.fullmatch(cell.strip())
         if match is None and cell.strip():
             return None
-        hours, minutes = divmod(int(match["m"]), 60) if match is not None else (0, 0)
+        hours, minutes = divmod(60 * int(match["h"] or 0) + int(match["m"]), 60) if match is not None else (0, 0)
         found.append(f"{hours:02d}:{minutes:02d}:{match['s']}" if match is not None else "")
     seconds = read_clock(found).seconds if any(found) else np.empty(0)
     seconds = seconds[np.isfinite(seconds)]

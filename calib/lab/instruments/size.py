@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import SPACES
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import unit_of_numbers
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
@@ -33,6 +34,8 @@ _LONG, _HEAVY, _CONTACT, _ENDS = 0.1, 1e5, 0.2, 0.02
 # What a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
 _WHOLE = {"capacitance": (1e-8, 5), "capacitance_series": (1e-8, 5), "force": (1e3, 4)}
 _SHOWN = 500
+# Before three digits, what sets thousands apart where the other mark is the decimal one.
+_SETS_APART = {mark: re.compile(rf"(?<=\d)[{apart}{SPACES}](?=\d{{3}}(?!\d))") for mark, apart in ((".", ","), (",", "."))}
 # Days of a calendar go up from nearly each row to the next.
 _UP = 0.98
 
@@ -40,7 +43,13 @@ _UP = 0.98
 _LEAVE_OUT = "; or name another column of the capacitance, or leave it out: --columns capacitance=none"
 
 
-def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+def implausible(
+    sheet: Sheet,
+    values: Mapping[str, FloatArray],
+    places: Mapping[str, int],
+    decimals: Mapping[str, str],
+    reading: Reading,
+) -> list[Fault]:
     """List the columns whose largest reading is too small or too large for a small soft sample, and negative capacitances.
 
     Parameters
@@ -48,6 +57,7 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
     sheet : the record.
     values : quantity -> readings in SI, nan where there is none.
     places : quantity -> index of its column.
+    decimals : quantity -> decimal mark of its column.
     reading : with `scale`.
     """
     faults = []
@@ -81,7 +91,7 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
             )
         )
     faults = faults or _negative(sheet, values, places) or _date(sheet, values, places)
-    return faults or _without_marks(sheet, values, places, reading)
+    return faults or _without_marks(sheet, values, places, decimals, reading)
 
 
 def _date(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
@@ -145,8 +155,17 @@ def _width(values: FloatArray) -> float:
     return float(np.ptp(np.quantile(there, [_ENDS, 1 - _ENDS]))) if there.size >= _FEWEST else 0.0
 
 
-def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """The faults of large readings in long whole numbers beside columns with decimals: all their marks may be lost."""
+def _without_marks(
+    sheet: Sheet,
+    values: Mapping[str, FloatArray],
+    places: Mapping[str, int],
+    decimals: Mapping[str, str],
+    reading: Reading,
+) -> list[Fault]:
+    """The faults of large readings in long whole numbers beside columns with decimals: all their marks may be lost.
+
+    So may they be where thousands are set apart in them, by a program that took the decimal marks for that.
+    """
     faults = []
     for quantity, (large, digits) in _WHOLE.items():
         shown = IN_PLACE_OF.get(quantity, quantity)
@@ -159,18 +178,21 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
         if not rows.size or float(np.median(size) if shown == "capacitance" else np.max(size)) < large:
             continue
         spread = rows[:: max(1, rows.size // _SHOWN)].tolist()
-        cells = [own[r].strip().lstrip("+-\u2212") for r in spread]
+        # Who said which mark is the decimal one has said what the other is.
+        mark = "" if reading.decimal else decimals.get(quantity) or "."
+        cells = [_without_thousands(own[r], mark) for r in spread]
         others = [
             c for q, i in places.items() if q != quantity for r in spread if re.search(r"[.,]\d", c := sheet.columns[i][r])
         ]
         row = int(rows[int(np.argmax(size))]) if shown == "force" else int(rows[0])
         written = own[row].strip()
-        if others and all(map(str.isdigit, cells)) and len(written.lstrip("+-\u2212")) >= digits:
+        if others and all(map(str.isdigit, cells)) and len(_without_thousands(written, mark)) >= digits:
             unit = sheet.unit_written(places[quantity]) or SI_UNIT[quantity]
+            lost = "lost" if written.lstrip("+-\u2212").isdigit() else "taken for marks of thousands, as by a spreadsheet"
             faults.append(
                 Fault(
                     f'column "{sheet.names[places[quantity]]}": "{written}" would be {values[quantity][row]:.3g} '
-                    f"{SI_UNIT[quantity]}, written in whole numbers beside decimals: the decimal marks may be lost",
+                    f"{SI_UNIT[quantity]}, written in whole numbers beside decimals: the decimal marks may be {lost}",
                     sheet.text.path,
                     int(sheet.lines[row]),
                     places[quantity] + 1,
@@ -180,6 +202,16 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
                 )
             )
     return faults
+
+
+def _without_thousands(cell: str, decimal: str) -> str:
+    """The digits of a whole number, without its sign and what sets thousands apart in it, beside this decimal mark, if any.
+
+    >>> _without_thousands("-25.832", ","), _without_thousands("25.832", "."), _without_thousands("1'025'832", ".")
+    ('25832', '25.832', '1025832')
+    """
+    digits = cell.strip().lstrip("+-\u2212")
+    return _SETS_APART[decimal].sub("", digits) if decimal else digits
 
 
 def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from calib.lab.instruments.brackets import (
     LONGEST,
     RATED,
+    bends_itself,
     ends_without_unit,
     factor_in,
     index_in,
@@ -422,6 +423,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
+    if machine := bends_itself(cell):
+        return machine
     cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)

@@ -35,6 +35,25 @@ def test_minutes_and_seconds_are_read_with_a_note(tmp_path: Path, step: int) -> 
     assert np.allclose(decimal.columns["time"], 60.0 * np.array(time, float))
 
 
+@pytest.mark.parametrize("begin", [0, 35_990, 36_000])
+@pytest.mark.parametrize("step", [1, 2, 5, 20])
+def test_hours_with_minutes_and_seconds_are_read_with_a_note(tmp_path: Path, step: int, begin: int) -> None:
+    seconds = begin + step * np.arange(N)
+    time = [f"{s // 3600}.{s // 60 % 60:02d}{s % 60:02d}" for s in seconds]
+    for name in ("Time (h)", "Zeit [h]"):
+        table = read(tmp_path, time, name)
+        assert np.array_equal(table.columns["time"] - table.columns["time"][0], seconds - begin)
+        assert any("is read as hours, minutes and seconds" in note for note in table.notes)
+    decimal = read(tmp_path, time, reading=Reading(units={"time": "h"}))
+    assert np.allclose(decimal.columns["time"], 3600.0 * np.array(time, float))
+
+
+@pytest.mark.parametrize("step", [0.0001, 0.0002, 0.0005, 0.0025])
+def test_decimals_of_an_hour_stay_decimals(tmp_path: Path, step: float) -> None:
+    time = 10 + step * np.arange(N)
+    assert np.allclose(read(tmp_path, [f"{t:.4f}" for t in time], "Time (h)").columns["time"], 3600.0 * time)
+
+
 @pytest.mark.parametrize("step", [0.01, 0.02, 0.1, 0.2, 0.25, 0.5])
 def test_decimals_of_a_minute_stay_decimals(tmp_path: Path, step: float) -> None:
     time = step * np.arange(N)

@@ -355,3 +355,31 @@ def test_what_may_not_be_measured_is_named_with_what_to_type_if_it_was(tmp_path:
     assert any(f'--columns "force={name}"' in note for note in read(tmp_path, *names).notes)
     table = read(tmp_path, *names, reading=Reading(columns={"force": name}))
     np.testing.assert_allclose(table.columns["force"][40], 0.5 * DEPTH[40] ** 1.5, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Frame deflection (mm)",
+        "Machine deflection (mm)",
+        "deflection of the frame (mm)",
+        "Machine compliance deflection (mm)",
+        "load_cell_deflection_mm",
+        "Rahmendurchbiegung (mm)",
+        "Verformung der Maschine [mm]",
+    ],
+)
+def test_how_far_the_machine_gives_way_is_no_displacement_unless_it_is_said(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, "Time (s)", name, "Force (N)", "C (pF)")
+    assert "displacement" not in table.columns
+    assert any("how far the machine itself gives way" in str(of) for of in table.unread)
+    said = Reading(columns={"displacement": "2"}, units={"displacement": "mm"})
+    beside = read(tmp_path, "Time (s)", name, "Force (N)", "C (pF)", reading=said)
+    assert "displacement" in beside.columns
+
+
+@pytest.mark.parametrize(
+    "name", ["Deflection (mm)", "Deflection (machine) (mm)", "Machine displacement (mm)", "Frame displacement (mm)"]
+)
+def test_a_place_that_the_machine_tells_is_read(tmp_path: Path, name: str) -> None:
+    assert "displacement" in read(tmp_path, "Time (s)", name, "Force (N)", "C (pF)").columns

@@ -88,6 +88,29 @@ def test_a_spreadsheet_that_took_three_decimals_for_thousands_is_refused(tmp_pat
     assert "lost their decimal mark" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, eaten))
 
 
+@pytest.mark.parametrize("digits", [4, 5])
+@pytest.mark.parametrize("place", ["force", "displacement", "time"])
+def test_a_display_of_so_many_digits_is_read_as_written(tmp_path: Path, place: str, digits: int) -> None:
+    number = np.arange(N)
+    columns = {"time": 0.05 * number, "displacement": 2.5 * number / N, "force": 6 * np.clip(number / N - 0.1, 0, None) ** 1.5}
+    texts = {q: [f"{v:.2f}" for v in values] for q, values in columns.items()}
+    texts[place] = [f"{v:.{digits}f}" if v < 1 else f"{v:.3f}" for v in columns[place]]
+    path = written(tmp_path, "Time (s);Displacement (mm);Force (N)", *texts.values())
+    unit = 1e-3 if place == "displacement" else 1.0
+    np.testing.assert_allclose(read_lab_file(path).columns[place], unit * np.array(texts[place], float), atol=1e-12)
+
+
+def test_decimal_marks_that_became_marks_of_thousands_are_read_only_where_they_are_said_to_be_right(tmp_path: Path) -> None:
+    force = 0.0112 + 6 * np.clip(np.arange(N) / N - 0.1, 0, None) ** 1.5
+    damaged = [f"{f:.4f}".replace(".", ",") if f < 1 else f"{round(1e4 * f):,}" for f in force]
+    path = written(tmp_path, "Zeit (s);Weg (mm);Kraft (N)", comma(TIME), comma(DEPTH), damaged)
+    assert 'say --decimal ","' in refusal(path)
+    with pytest.raises(InputError, match=r"10 times larger .* --units force="):
+        read_lab_file(path, Reading(decimal=","))
+    table = read_lab_file(path, Reading(decimal=",", units={"force": "N"}))
+    np.testing.assert_allclose(table.columns["force"], [float(c.replace(",", ".")) for c in damaged])
+
+
 def test_numbers_of_which_all_marks_are_lost_are_refused_by_those_with_fewer_digits(tmp_path: Path) -> None:
     lost = [f"{float(c):g}".replace(".", "") for c in [f"{97.301 + 0.0011 * i:.3f}" for i in range(N)]]
     assert {len(c) for c in lost} == {4, 5}

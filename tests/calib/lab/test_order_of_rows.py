@@ -56,6 +56,67 @@ def test_rows_without_a_clock_that_were_sorted_are_refused(
         _read(tmp_path, {q: v[order] for q, v in columns.items()})
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("shape", [{}, {"hold": 40}, {"cycles": 3}, {"noise": 0.0005}, {"noise": 0.004}, {"gap": 0.1}])
+@pytest.mark.parametrize("by", ["displacement", "force", "capacitance"])
+def test_rows_that_were_sorted_without_their_clock_are_refused(
+    tmp_path: Path, by: str, shape: dict[str, float], backwards: bool
+) -> None:
+    columns = _timed(**shape)
+    order = np.argsort(-columns[by] if backwards else columns[by], kind="stable")
+    sorted_so = {q: v if q == "time" else v[order] for q, v in columns.items()}
+    with pytest.raises(InputError, match="as if they were sorted, and the time was not sorted with them") as caught:
+        _read(tmp_path, sorted_so)
+    quantity, unit = caught.value.faults[0].advice.rpartition("--units ")[2].split("=")
+    try:
+        table = _read(tmp_path, sorted_so, Reading(units={quantity: unit}))
+        assert np.mean(table.columns["force"] == sorted_so["force"]) > 0.9
+    except InputError as other:
+        assert "two levels" in other.faults[0].message  # noqa: PT017
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("rows_a_step", [1, 2, 6, 25])
+def test_steps_in_which_the_load_relaxes_are_no_sorted_rows(tmp_path: Path, rows_a_step: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    steps = np.linspace(0, 1, 30 + seed)
+    place, held = np.repeat(steps, rows_a_step), np.tile(np.arange(rows_a_step), steps.size)
+    depth = np.clip(place - 0.1, 0, None)
+    leap = np.repeat(np.diff(2 * np.clip(steps - 0.1, 0, None) ** 1.5, prepend=0.0), rows_a_step)
+    force = 2 * depth**1.5 * (0.95 + 0.05 * np.exp(-held / 1.5)) + 0.3 * leap * np.exp(-held / 1.5)
+    columns = {
+        "time": 0.2 * np.arange(place.size),
+        "displacement": place,
+        "force": force + rng.normal(0, 0.002, place.size),
+        "capacitance": 97 + 1.5 * depth**1.2 + rng.normal(0, 0.001, place.size),
+    }
+    assert np.isfinite(_read(tmp_path, columns).columns["force"]).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_scatter_that_grows_with_the_load_or_of_a_ball_that_is_driven_by_it_is_no_sorting(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 120 + 40 * seed
+    place = np.sort(np.linspace(0, 1, n) + rng.normal(0, 1.5 / n, n))
+    load = 2 * np.clip(place - 0.1, 0, None) ** 1.5
+    driven = np.round(np.linspace(0, 3, n), 3)
+    hunting = 0.1 + (driven / 2) ** (2 / 3) + rng.normal(0, 0.003, n) * (driven > 0.3)
+    slips = load * (1 + 0.1 * ((np.arange(n) % 10) / 10 - 0.5))
+    presses = ((place, load * (1 + rng.normal(0, 0.02, n)) + rng.normal(0, 0.002, n)), (hunting, driven), (place, slips))
+    for at, force in presses:
+        table = _read(tmp_path, {"time": 0.1 * np.arange(n), "displacement": at, "force": force})
+        assert np.isfinite(table.columns["force"]).all()
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_rows_in_order_with_their_clock_are_read(tmp_path: Path, drive: str) -> None:
+    for seed in range(6):
+        columns = uneven(drive, seed).columns
+        top = int(np.argmax(np.abs(columns["displacement"]))) + 1
+        for rows in (slice(None), slice(top)):
+            assert np.sum(observe(_read(tmp_path, {q: v[rows] for q, v in columns.items()})).used) >= 5
+
+
 def test_rows_that_are_said_to_be_in_order_are_read(tmp_path: Path) -> None:
     columns = _press()
     order = np.argsort(columns["displacement"], kind="stable")

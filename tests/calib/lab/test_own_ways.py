@@ -93,3 +93,11 @@ def test_a_way_of_writing_a_minus_in_one_column_is_no_damage_in_another(tmp_path
     path.write_text(path.read_text(encoding="utf-8").replace(";0.00005;", ";-0.00005;"), encoding="utf-8")
     with pytest.raises(InputError, match="is not a number"):
         read_lab_file(path)  # a minus in front beside it: one of the two may be damage
+
+
+def test_a_zero_with_a_minus_in_front_is_no_other_way_of_writing_it(tmp_path: Path) -> None:
+    cells = ["0.0030-", "0.0024-", "0.0002-", "-0.0000", *(f"{abs(f):.4f}" for f in FORCE[4:])]
+    rows = [f"{i * 0.1:.1f},{x:.5f},{f}" for i, (x, f) in enumerate(zip(DEPTH, cells, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time (s),Displacement (m),Force (N)", *rows]) + "\n", encoding="utf-8")
+    np.testing.assert_allclose(read_lab_file(path).columns["force"][:4], [-0.003, -0.0024, -0.0002, 0.0], atol=1e-9)

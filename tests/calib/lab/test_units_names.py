@@ -472,6 +472,22 @@ def test_words_of_other_things_change_no_sign(tmp_path: Path, name: str, one: st
     np.testing.assert_allclose(table.columns["force"], np.abs(SIGNED))
 
 
+def test_a_force_whose_decimal_marks_became_marks_of_thousands_is_refused_with_what_reads_it(tmp_path: Path) -> None:
+    header = "Zeit [s];Weg [mm];Kraft [N]"
+    comma = [[f"{c}".replace(".", ",") for c in column] for column in (T, D)]
+    for apart in ".'":
+        mangled = [f"{round(1e4 * f):,}".replace(",", apart) for f in FORCE]
+        fault = refusal(tmp_path, header, *comma, mangled, sep=";").faults[0]
+        assert "marks may be taken for marks of thousands" in fault.message
+        assert option(fault.advice, "units") == {"force": "N"}
+        for unit, factor in (("N", 1e4), ("1e-4 N", 1.0)):
+            table = read(tmp_path, header, *comma, mangled, sep=";", units={"force": unit})
+            np.testing.assert_allclose(table.columns["force"], np.round(1e4 * FORCE) / 1e4 * factor, atol=1e-12)
+    small = [f"{round(1e4 * f):,}".replace(",", ".") for f in FORCE]
+    table = read(tmp_path, header.replace("[N]", "[mN]"), *comma, small, sep=";")
+    np.testing.assert_allclose(table.columns["force"], np.round(1e4 * FORCE) * 1e-3, atol=1e-12)
+
+
 def test_words_that_change_at_the_largest_load_are_the_way_of_the_machine_and_asked_for(tmp_path: Path) -> None:
     said = ["Compression" if k < 40 else "Tension" for k in range(N)]
     header, force = "Time (s),Depth (mm),Load (N),Direction", cells(np.abs(FORCE))
