@@ -503,6 +503,10 @@ def without_conditions(cell: str) -> tuple[str, str]:
 def goes_on_with_conditions(cell: str, behind: str) -> bool:
     """Whether a header cell with settings of a meter goes on with others in the next, cut from it by a comma.
 
+    Parameters
+    ----------
+    cell, behind : of a header, one beside the other.
+
     >>> goes_on_with_conditions("Cp (pF) @ 1 kHz", "1 V"), goes_on_with_conditions("Cp (pF)", "1 V")
     (True, False)
     """

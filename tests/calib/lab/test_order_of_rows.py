@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from turning_press import DIGITS, HEADS
 from uneven_presses import DRIVES, uneven
@@ -37,7 +40,7 @@ def _timed(**shape: float) -> dict[str, FloatArray]:
     return {"time": 0.05 * np.arange(columns["force"].size, dtype=np.float64), **columns}
 
 
-def _read(folder: Path, columns: dict[str, FloatArray], reading: Reading | None = None) -> LabTable:
+def _read(folder: Path, columns: Mapping[str, npt.NDArray[Any]], reading: Reading | None = None) -> LabTable:
     path = folder / "press.csv"
     rows = [",".join(f"{v[i]:.{DIGITS[q]}f}" for q, v in columns.items()) for i in range(len(next(iter(columns.values()))))]
     path.write_text("\n".join([",".join(HEADS[q] for q in columns), *rows]) + "\n", encoding="utf-8")
