@@ -187,6 +187,8 @@ def _of_two_levels(v: FloatArray, y: FloatArray) -> bool:
         return False
     off, by_row = _off(v, y), _off(np.arange(y.size, dtype=np.float64), y)
     at = off.large
+    if not at.size:
+        return False
     scatter = float(np.median(off.scatter[at]))
     evenly = float(np.median(by_row.scatter[at])) < _EVENLY * scatter
     if not off.grows or evenly or at.size < _FEWEST_HELD // 2 or scatter < least_apart(y):
@@ -206,7 +208,7 @@ def _shuffled(v: FloatArray, x: FloatArray) -> bool:
     off = _off(v, x)
     at = off.large[off.large < x.size - 1]
     steps = np.diff(x)
-    if not off.grows or np.median(off.scatter[at]) < max(float(np.median(np.abs(steps))), least_apart(x)):
+    if not at.size or not off.grows or np.median(off.scatter[at]) < max(float(np.median(np.abs(steps))), least_apart(x)):
         return False
     ways = np.sign(steps[at])
     ways = ways[ways != 0]

@@ -343,7 +343,9 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     outside, brackets = cut if cut is not None else (cell, ())
     brackets = tuple(part for bracket in brackets for part in parted(bracket))
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
-    tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
+    # One letter beside a bracket is a symbol, such as N of a normal force.
+    whole = is_unit_of(outside, quantity) and SI_UNIT[quantity] and not (brackets and len(outside) == 1)
+    tail = tail or (outside if whole else "")
     tail = tail or (unit_of_a_whole(outside) if quantity == "time" else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
     if unit is None and not doubt and not unit_below:
@@ -365,6 +367,8 @@ def _second_unit(quantity: str, outside: str, unit: str) -> str:
     if not unit or not is_unit_of(unit, quantity) or not SI_UNIT[quantity]:
         return ""
     said = [word for word in re.split(r"[\s_,;:|/]+", outside) if word]
+    if len(said) == 1 and len(said[0]) == 1:
+        return ""  # a symbol, such as N of a normal force
     own, at_end = lab_factor(unit, quantity), len(said) > 1 and not ends_without_unit(outside)
     for k, word in enumerate(said):
         plain = word.lower() not in UNIT_WORDS or (at_end and k == len(said) - 1)

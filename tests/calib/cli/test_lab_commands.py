@@ -213,7 +213,7 @@ def test_a_folder_without_lab_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty" / "notes.txt").write_text("dear diary\n")
     result = _run("init", tmp_path / "empty", "-o", tmp_path / "e.toml")
     assert result.exit_code == 2
-    assert "no header row" in _line(result.stderr)
+    assert "no table is found" in _line(result.stderr)
     assert not (tmp_path / "e.toml").exists()
 
 

@@ -151,7 +151,7 @@ LAB_FILES: dict[str, tuple[str | bytes, str]] = {
     "brackets": (PRESS.replace("Force (N)", "Force " + "(" * 9000 + "N" + ")" * 9000), "press.csv"),
     "spaces": ((" " * 19_000 + "1\n") * 100, "press.csv"),
     "commas": (("1," * 9000 + "\n") * 100, "press.csv:1: no header row"),
-    "deep JSON": ('{"a": ' + "[" * 100_000 + "]" * 100_000 + "}", "press.csv: the file is a JSON file"),
+    "deep JSON": ('{"a": ' + "[" * 100_000 + "]" * 100_000 + "}", "press.csv: lists stand in each other by the hundred"),
     "binary": (random.Random(1).randbytes(1_000_000), "press.csv: the file is not text"),
     "nothing": ("", "press.csv: the file is empty"),
 }
