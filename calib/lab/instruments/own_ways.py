@@ -56,6 +56,8 @@ _WAYS = (
 # What shows in some of the first cells that a column may have such.
 _SHOWS = re.compile(r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]")
 _SEEN = 2000
+# Characters of a number, however it is written.
+_LONGEST = 60
 # Blanks and apostrophes that set no thousands apart.
 _LOOSE = re.compile(r"^\s*(?:['\u2019]|[-+\u2212\u2013]\s)|\d\s+[eE]")
 # Cells so written that some column has at least: one may be damaged.
@@ -92,6 +94,8 @@ def _way_of(column: Sequence[str]) -> _Written | None:
         return None
     odd = {*(not_numbers(column, len(column)) or []), *(r for r, cell in enumerate(column) if _LOOSE.search(cell))}
     odd = {r for r in odd if not (is_missing(column[r]) or is_over_range(column[r]))}
+    if any(len(column[r]) > _LONGEST for r in odd):
+        return None
     for way in _WAYS:
         numbers = {r: way.plain(m) for r in sorted(odd) if (m := way.pattern.fullmatch(column[r].strip())) is not None}
         if not numbers or len(numbers) < len(odd) or not all(map(is_numeric, numbers.values())):
