@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -102,14 +101,3 @@ def test_a_zero_with_a_minus_in_front_is_no_other_way_of_writing_it(tmp_path: Pa
     path = tmp_path / "lab.csv"
     path.write_text("\n".join(["Time (s),Displacement (m),Force (N)", *rows]) + "\n", encoding="utf-8")
     np.testing.assert_allclose(read_lab_file(path).columns["force"][:4], [-0.003, -0.0024, -0.0002, 0.0], atol=1e-9)
-
-
-def test_a_cell_of_thousands_of_points_is_refused_at_once(tmp_path: Path) -> None:
-    rows = [f"{0.1 * k:.1f},{0.01 * k:.3f},{0.02 * k:.3f}" for k in range(60)]
-    rows[5], rows[20] = "0.5,0.050-,0.1", f"2.0,{'1.' * 6000},0.4"
-    path = tmp_path / "press.csv"
-    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *rows, ""]), encoding="utf-8")
-    begin = time.process_time()
-    with pytest.raises(InputError, match="is not a number"):
-        read_lab_file(path)
-    assert time.process_time() - begin < 1.0
