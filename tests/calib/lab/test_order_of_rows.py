@@ -34,9 +34,9 @@ def _press(n: int = 150, hold: int = 0, cycles: int = 1, noise: float = 0.002, g
     return {q: np.round(v, DIGITS[q]) for q, v in columns.items()}
 
 
-def _timed(**shape: float) -> dict[str, FloatArray]:
+def _timed(**shape: Any) -> dict[str, FloatArray]:
     """The same with a time in front."""
-    columns = _press(**shape)  # type: ignore[arg-type]
+    columns = _press(**shape)
     return {"time": 0.05 * np.arange(columns["force"].size, dtype=np.float64), **columns}
 
 
@@ -51,9 +51,9 @@ def _read(folder: Path, columns: Mapping[str, npt.NDArray[Any]], reading: Readin
 @pytest.mark.parametrize("shape", [{}, {"hold": 40}, {"cycles": 3}, {"noise": 0.0005}, {"noise": 0.004}, {"gap": 0.1}])
 @pytest.mark.parametrize("by", ["displacement", "force", "capacitance"])
 def test_rows_without_a_clock_that_were_sorted_are_refused(
-    tmp_path: Path, by: str, shape: dict[str, float], backwards: bool
+    tmp_path: Path, by: str, shape: dict[str, Any], backwards: bool
 ) -> None:
-    columns = _press(**shape)  # type: ignore[arg-type]
+    columns = _press(**shape)
     order = np.argsort(-columns[by] if backwards else columns[by], kind="stable")
     with pytest.raises(InputError, match=SORTED):
         _read(tmp_path, {q: v[order] for q, v in columns.items()})
@@ -63,7 +63,7 @@ def test_rows_without_a_clock_that_were_sorted_are_refused(
 @pytest.mark.parametrize("shape", [{}, {"hold": 40}, {"cycles": 3}, {"noise": 0.0005}, {"noise": 0.004}, {"gap": 0.1}])
 @pytest.mark.parametrize("by", ["displacement", "force", "capacitance"])
 def test_rows_that_were_sorted_without_their_clock_are_refused(
-    tmp_path: Path, by: str, shape: dict[str, float], backwards: bool
+    tmp_path: Path, by: str, shape: dict[str, Any], backwards: bool
 ) -> None:
     columns = _timed(**shape)
     order = np.argsort(-columns[by] if backwards else columns[by], kind="stable")
@@ -71,11 +71,15 @@ def test_rows_that_were_sorted_without_their_clock_are_refused(
     with pytest.raises(InputError, match="as if they were sorted, and the time was not sorted with them") as caught:
         _read(tmp_path, sorted_so)
     quantity, unit = caught.value.faults[0].advice.rpartition("--units ")[2].split("=")
+    table, said = None, ""
     try:
         table = _read(tmp_path, sorted_so, Reading(units={quantity: unit}))
-        assert np.mean(table.columns["force"] == sorted_so["force"]) > 0.9
     except InputError as other:
-        assert "two levels" in other.faults[0].message  # noqa: PT017
+        said = other.faults[0].message
+    if table is None:
+        assert "two levels" in said
+    else:
+        assert np.mean(table.columns["force"] == sorted_so["force"]) > 0.9
 
 
 @pytest.mark.parametrize("seed", range(3))

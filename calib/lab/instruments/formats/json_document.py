@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,7 @@ def _document(path: Path, text: str) -> Any:
 
 def _parts(name: str, value: Any, where: Source, depth: int, units: Mapping[str, str]) -> Iterator[Part]:
     """The tables that a value holds, under the name of its keys; units are those that stand beside, or above."""
-    own = Source(where.path, where.sha256, where.format, where.kind, name or "document")
+    own = replace(where, name=name or "document")
     if depth > _DEEPEST:
         yield Part("table", own.name, None, "objects stand in each other too often")
     elif isinstance(value, list):
@@ -126,7 +127,7 @@ def _parts(name: str, value: Any, where: Source, depth: int, units: Mapping[str,
 
 
 def _of_object(name: str, value: Mapping[str, Any], where: Source, depth: int, units: Mapping[str, str]) -> Iterator[Part]:
-    own = Source(where.path, where.sha256, where.format, where.kind, name or "document")
+    own = replace(where, name=name or "document")
     above = [f"{k}\t{' '.join(str(v).split())[:_SHOWN]}".replace('"', "'") for k, v in value.items() if is_cell(v)]
     by_number = _of_row_numbers(value)
     named = _named_rows(value, units)
@@ -141,7 +142,7 @@ def _of_object(name: str, value: Mapping[str, Any], where: Source, depth: int, u
     for size in dict.fromkeys(len(column.values) for column in lists.values()):
         columns = [column for column in lists.values() if len(column.values) == size]
         title = own.name if len({len(c.values) for c in lists.values()}) == 1 else f"{own.name}, {size} rows"
-        yield array_part(Source(where.path, where.sha256, where.format, where.kind, title), columns, above=above)
+        yield array_part(replace(where, name=title), columns, above=above)
     for key, one in value.items():
         if key not in lists and isinstance(one, (dict, list)) and not (key.lower() in UNIT and _is_texts(one)):
             for part in _parts(f"{name}.{key}" if name else key, one, where, depth + 1, units):
@@ -151,13 +152,9 @@ def _of_object(name: str, value: Mapping[str, Any], where: Source, depth: int, u
 def _with_above(part: Part, above: Sequence[str]) -> Part:
     """The same with lines of the object around it above its own."""
     assert part.text is not None
-    text = part.text
-    lines = (*above, *text.lines)
-    units_line = text.units_line + len(above) if text.units_line else 0
-    moved = type(text)(
-        text.path, text.sha256, text.encoding, lines, text.ended, text.decimal, typed=text.typed, units_line=units_line
-    )
-    return Part(part.kind, part.name, moved, notes=part.notes, above=part.above + len(above))
+    units_line = part.text.units_line + len(above) if part.text.units_line else 0
+    text = replace(part.text, lines=(*above, *part.text.lines), units_line=units_line)
+    return replace(part, text=text, above=part.above + len(above))
 
 
 # --- from lists and objects to columns ----------------------------------------------------------------------------------
