@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import compress
+from itertools import compress, pairwise
 
 import numpy as np
 
@@ -27,6 +27,7 @@ _CLOCK = re.compile(
 # Scripts write "10:0:0", without zeros in front; of two parts it is a ratio as well.
 # The usual one, with a date or without, recognised and read at once.
 _USUAL_CLOCK = rf"(?:{_DATE}[ T]+)?\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,]\d+)?"
+_USUAL_PARTS = re.compile(rf"(?:{_DATE}[ T]+)?(\d{{1,2}}):(\d{{2}}):(\d{{2}}(?:[.,]\d{{1,12}})?)", re.ASCII)
 _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
 _DATED = re.compile(rf"{_DATE}[ T]+", re.ASCII)
 _DATE_ALONE = re.compile(rf"\s*{_DATE}\s*")
@@ -87,7 +88,7 @@ def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
     -------
     Their rows from 0; None if there are more than `most`.
     """
-    return odd_cells(_NOT_USUAL_CLOCK, cells, most)
+    return [] if _usual_alike(cells) is not None else odd_cells(_NOT_USUAL_CLOCK, cells, most)
 
 
 def is_date(cell: str) -> bool:
@@ -132,10 +133,13 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     cells, name = _without_one_name(cells)
     called = {name} if name else set()
     cells, zone = _without_one_zone(cells)
-    odd = not_clocks(cells, n) or []
+    alike = _usual_alike(cells)
+    odd = (odd_cells(_NOT_USUAL_CLOCK, cells, n) or []) if alike is None else []
     regular = np.ones(n, dtype=bool)
     regular[odd] = False
-    if np.any(regular):
+    if alike is not None:
+        dates, parts = alike
+    elif np.any(regular):
         usual = cells if not odd else list(compress(cells, regular))
         own, text = _without_dates(usual)
         numbers = np.array(text.replace(",", ".").replace(":", "\n").split("\n"), dtype=np.float64).reshape(-1, 3)
@@ -191,6 +195,30 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     return ClockParts(
         parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days, spelled, names
     )
+
+
+def _usual_alike(cells: Sequence[str]) -> tuple[list[str], FloatArray] | None:
+    """The dates and the parts of usual times that differ by their digits alone, as most columns do; None of any others."""
+    first = cells[0] if len(cells) else ""
+    usual = _USUAL_PARTS.fullmatch(first)
+    text = "\n".join(cells) + "\n"
+    if usual is None or not text.isascii() or len(text) != len(cells) * (len(first) + 1):
+        return None
+    written = np.frombuffer(text.encode(), dtype=np.uint8).reshape(len(cells), -1)
+    is_digit = np.array([c.isdecimal() for c in first] + [False])
+    figures = written[:, is_digit] - np.uint8(ord("0"))
+    if np.any(written[:, ~is_digit] != written[0, ~is_digit]) or np.any(figures > 9):
+        return None
+    behind = np.cumsum(is_digit)  # digits up to each character
+    starts = [int(behind[usual.start(k)]) - 1 for k in (1, 2, 3)] + [figures.shape[1]]
+    parts = np.zeros((len(cells), 3))
+    for k, (start, end) in enumerate(pairwise(starts)):
+        for column in figures.T[start:end]:
+            parts[:, k] = 10.0 * parts[:, k] + column
+    parts[:, 2] /= 10.0 ** max(len(usual[3]) - 3, 0)
+    end = usual.start(1)
+    days = [first[:end]] * len(cells) if np.all(written[:, :end] == written[0, :end]) else [cell[:end] for cell in cells]
+    return [day.strip(" T") for day in days], parts
 
 
 def _without_one_name(cells: Sequence[str]) -> tuple[Sequence[str], str]:

@@ -53,7 +53,7 @@ _IN_TURN = 0.1
 # Characters of a line of such a form, and numbers in it.
 _LONGEST, _MOST = 2000, 60
 # What stands between the cells of a table, and around the rows of one in brackets.
-_BETWEEN_CELLS = re.compile(r"[\"']?[\s,;|]*[\"']?")
+_BETWEEN_CELLS = re.compile(r"[\"'\s,;|]*")
 _OPENED, _CLOSED, _CHECKSUM = r"[\s\[(]*", r"[\s\]),;]*", re.compile(r"\*[0-9A-Fa-f]{2}$")
 # What stands beside a number that changes it: signs, powers, "less than", fractions, and minutes.
 _CHANGES_NEXT, _CHANGES_LAST = (

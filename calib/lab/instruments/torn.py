@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from calib.errors import Fault
 from calib.lab.instruments.sheet import Sheet
@@ -51,9 +51,10 @@ def torn_thousands(sheet: Sheet) -> Fault | None:
         heading = sheet.headings.get(index)
         if sheet.delimiter not in _GROUPS or heading is None or heading.quantity == "time":
             continue
-        pairs = zip(sheet.columns[index][:_LOOKED_AT], sheet.columns[index + 1][:_LOOKED_AT], strict=True)
-        rows = [(r, a.strip(), b.strip()) for r, (a, b) in enumerate(pairs) if a.strip() and b.strip()]
-        if len(rows) < 3 or not all(_THOUSANDS.fullmatch(a) and _REST.fullmatch(b) for _, a, b in rows):
+        if not all(_THOUSANDS.fullmatch(a) and _REST.fullmatch(b) for _, a, b in _filled(sheet, index)):
+            continue
+        rows = list(_filled(sheet, index))
+        if len(rows) < 3:
             continue
         rests = {b for _, _, b in rows}
         name = sheet.names[index + 1] if index + 1 < len(sheet.names) else ""
@@ -106,3 +107,11 @@ def thousands_advice(number: str, delimiter: str) -> str:
     delimiter : which is that mark.
     """
     return f'If "{number}" is one number, write {number.replace(delimiter, "")}, and so in all rows, or {_OTHERWISE}'
+
+
+def _filled(sheet: Sheet, index: int) -> Iterator[tuple[int, str, str]]:
+    """The cells of a column and of the next, with their row from 0, where both hold something."""
+    for row, pair in enumerate(zip(*(column[:_LOOKED_AT] for column in sheet.columns[index : index + 2]), strict=True)):
+        first, second = map(str.strip, pair)
+        if first and second:
+            yield row, first, second
