@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import lru_cache
 from itertools import pairwise
 
 from calib.lab.instruments.lexicon import (
@@ -223,6 +224,7 @@ LONGEST = 120
 _LETTER = re.compile(r"[A-H]")
 
 
+@lru_cache(maxsize=8192)
 def tidy(cell: str) -> str:
     """A header cell without the mark of a comment before it and with the usual characters for those that look the same.
 
@@ -557,6 +559,7 @@ def are_counts(text: str) -> bool:
     return named and all(_COUNTED.fullmatch(w) or _BESIDE_COUNTED.fullmatch(w) for w in parts)
 
 
+@lru_cache(maxsize=8192)
 def no_record(text: str) -> str:
     """Why a name or a bracket with such words stands for no record: it was commanded, or is drawn from several readings.
 

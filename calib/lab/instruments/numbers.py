@@ -220,8 +220,11 @@ def numbers_in(cells: Sequence[str], decimal: str = "") -> FloatArray:
     ([0.5, 1.25, nan], [1.25])
     """
     plain = [c.strip() for c in cells]
-    tried = [to_numbers(plain, mark).values for mark in sorted(".,", key=lambda mark: mark != (decimal or "."))]
-    return max(tried, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
+    likely, other = (",", ".") if decimal == "," else (".", ",")
+    numbers = to_numbers(plain, likely).values
+    if np.all(np.isfinite(numbers)):
+        return numbers
+    return max(numbers, to_numbers(plain, other).values, key=lambda values: int(np.count_nonzero(np.isfinite(values))))
 
 
 def _plain_numbers(joined: str, cells: Sequence[str], decimal: str) -> FloatArray | None:

@@ -105,6 +105,7 @@ def _has_word(name: str, of: Collection[str]) -> bool:
     return any(word.strip("()[]{}") in of for word in words_in(name))
 
 
+@lru_cache(maxsize=8192)
 def unit_in(name: str) -> str:
     """The unit that ends the name of a column, in brackets or not; "" if none does.
 

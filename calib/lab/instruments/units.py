@@ -494,6 +494,7 @@ def unit_by_stem(word: str, quantity: str) -> str:
     return _LETTER_OF.get((match["prefix"] or "")[:3], "") + unit
 
 
+@lru_cache(maxsize=8192)
 def looks_like_unit(text: str) -> bool:
     """Whether a cell reads as a unit of anything that lab files hold, also of what is not used here (MPa, %, °C, N/mm).
 
