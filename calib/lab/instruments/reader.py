@@ -101,12 +101,13 @@ def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
 
 def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) -> LabTable:
     """Read one record of a text, or of a part of a file with the types of its cells."""
-    if text.notes:
-        table = _read_text(replace(text, notes=()), reading, types)
-        return replace(table, notes=(*text.notes, *table.notes))
-    told, asked = with_legend(text, reading)
-    if told is not text:
-        return _read_text(told, asked, types)
+    told, reading = with_legend(text, reading)
+    table = _read_told(replace(told, notes=()), reading, types)
+    return replace(table, notes=(*told.notes, *table.notes)) if told.notes else table
+
+
+def _read_told(text: LabText, reading: Reading, types: CellTypes | None) -> LabTable:
+    """Read one record of a text whose header says all that is said of its columns."""
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
     if found is not None and found.sheet.declared_decimal:
