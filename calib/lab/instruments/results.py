@@ -44,6 +44,8 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
     """
     n_row = len(table.lines)
     time = next((i for i in range(len(sheet.names)) if sheet.plain_heading(i).quantity == "time"), None)
+    seen = max(n_row - _FEW_LAST - _SHOWN, 0)
+    ends = [numbers_in(table.columns[i][seen:], sheet.declared_decimal) for i in sheet.headings]
     for first in range(max(n_row - _MOST, _FEWEST), n_row):
         apart = int(table.lines[first]) > int(table.lines[first - 1]) + 1
         above, below = (
@@ -51,7 +53,7 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
         )
         back = below < above
         rows = range(first, n_row)
-        leaps = _leaps(sheet, table, rows)
+        leaps = n_row - first <= _FEW_LAST and any(_leaps(numbers, n_row - first) for numbers in ends)
         if not (apart or back or leaps):
             continue
         found = _results(table, first, sheet.declared_decimal)
@@ -65,15 +67,14 @@ def results_below(sheet: Sheet, table: Table) -> dict[int, str]:
     return {}
 
 
-def _leaps(sheet: Sheet, table: Table, rows: Sequence[int]) -> bool:
-    """Whether a column that is understood leaps to one of the last rows, by a dozen of its steps and much of its range."""
-    for index in sheet.headings if len(rows) <= _FEW_LAST else ():
-        above = numbers_in(table.columns[index][max(rows[0] - _SHOWN, 0) : rows[0]], sheet.declared_decimal)
-        steps = np.abs(np.diff(above[np.isfinite(above)]))
-        own = np.abs(np.diff(numbers_in(table.columns[index][rows[0] - 1 : rows[-1] + 1], sheet.declared_decimal)))
-        if steps.size and np.nanmax(own, initial=0.0) > max(_FAR * float(np.median(steps)), _OF_RANGE * float(np.ptp(above))):
-            return True
-    return False
+def _leaps(numbers: FloatArray, last: int) -> bool:
+    """Whether a column leaps to one of so many last rows of it, by a dozen of its steps and much of its range."""
+    above = numbers[:-last]
+    steps = np.abs(np.diff(above[np.isfinite(above)]))
+    own = np.abs(np.diff(numbers[-last - 1 :]))
+    return bool(
+        steps.size and np.nanmax(own, initial=0.0) > max(_FAR * float(np.median(steps)), _OF_RANGE * float(np.ptp(above)))
+    )
 
 
 def only_results(sheet: Sheet, rows: Sequence[Sequence[str]], at: int, above: Sequence[int], keys: Sequence[int]) -> bool:
