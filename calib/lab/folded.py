@@ -1,4 +1,4 @@
-"""From a force over the way of the ball to the rows in which it bounces off zero, as one that is shown without its sign does."""
+"""From a force over the way of the ball to the rows in which it bounces off zero, as one shown without its sign does."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _NEAR_ZERO, _WAY = 0.05, 0.1
 _LEAST, _SIDES = 4, (0.02, 0.035, 0.06, 0.1, 0.16, 0.25)
 # Stretches that are looked at; rounds in which the row of the bounce settles.
 _MOST, _ROUNDS = 40, 6
-# On both sides the readings go away from zero by so many noises, and by such a share of the other side. Turned round on one, they
-# are smooth: off a cubic by so many times less (in squares); or by no more than their noise, by so many sd of its square, while
-# as written they are off by so many times more and so many squares of the noise.
+# On both sides the readings go away from zero by so many noises, and by such a share of the other side. Turned round on one,
+# they are smooth: off a cubic by so many times less (in squares); or by no more than their noise, by so many sd of its square,
+# while as written they are off by so many times more and so many squares of the noise.
 _NOISES, _ALIKE, _SMOOTHER = 8.0, 0.2, 16.0
 _AS_NOISE, _TIMES, _FEWER = 3.0, 1.5, 150.0
 

@@ -163,8 +163,8 @@ def _without_sign(table: LabTable, bounce: str) -> Fault:
         f"{bounce} would: the readings on one side of there are of the other sense",
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
-        advice="Export the force with its sign, or write a minus before the readings on the side out of contact; if they are right "
-        f'as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
+        advice="Export the force with its sign, or write a minus before the readings on the side out of contact; if they are "
+        f'right as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
         choice=Choice("sign", tuple(SIGNS), "force"),
     )
 

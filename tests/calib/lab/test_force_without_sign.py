@@ -1,4 +1,4 @@
-"""A force that is shown without its sign bounces off zero as the ball goes on, and is refused; what only comes near zero is read."""
+"""A force without its sign bounces off zero as the ball goes on, and is refused; what comes near zero alone is read."""
 
 from __future__ import annotations
 
