@@ -32,6 +32,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
+from calib.lab.instruments.factor_words import factor_before_symbol, factor_words, free_number
 from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
@@ -353,10 +354,21 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
-    factor, function = factor_in(outside), FUNCTION.search(outside)
+    factor, function = factor_in(outside) or factor_words(outside) or factor_before_symbol(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
+    doubt = doubt or next((d for bracket in brackets if (d := _may_be_factor(quantity, bracket))), "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+def _may_be_factor(quantity: str, bracket: str) -> str:
+    """Why a bracket may say by what the readings are to be multiplied: it has a number of which nothing tells what it is."""
+    number = free_number(bracket) if SI_UNIT[quantity] else ""
+    clock = quantity == "time" and _CLOCK_FORM.fullmatch(bracket)
+    if not number or clock or is_unit_of(bracket, quantity) or is_wiring(bracket) or index_in(bracket) or says_sense(bracket):
+        return ""
+    of_mean = is_mean_of_readings(f"({bracket})") or any(m.quantity == quantity for m in meanings(words(bracket), (), ""))
+    return "" if of_mean else f'"{bracket}" in its name may be a factor, or what was taken off'
 
 
 def _second_unit(quantity: str, outside: str, unit: str) -> str:
