@@ -120,7 +120,8 @@ def best_of(
             another = f"; else leave it out: {Choice('columns', ('none',), 'capacitance')}"
         asked_again = heading_as(quantity, sheet.names[best.index], sheet.unit_below(best.index)).unit_doubt
         unit = (best.heading.unit or sheet.unit_below(best.index)) if asked_again else ""
-        with_unit = f" and --units {quantity}={unit} (10 {unit}, if they are to be multiplied by 10)" if unit else ""
+        or_more = f" (10 {unit}, if its readings are to be multiplied by 10)" if "factor" in asked_again else ""
+        with_unit = f" and --units {quantity}={unit}{or_more}" if unit else ""
         faults.append(
             Fault(
                 f'column "{sheet.names[best.index]}" may be no {in_words(quantity)}: {best.heading.name_doubt}',

@@ -441,6 +441,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return f'the factor "{factor}" stands before its name'
     if machine := bends_itself(cell):
         return machine
+    if (remarked := _remark_behind(cell, unit_below)) is not None:
+        return remarked
     cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
@@ -508,6 +510,28 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     without_tail = next((words(name) for name, _ in _with_tail(outside)), "")
     return f"axis {axis}: not used" if (axis := other_axis(without_tail)) else _reason(words(outside), brackets, unit_below)
+
+
+# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
+_WORDS_BEHIND = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[][^()\[\]]+[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
+    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
+)
+
+
+def _remark_behind(cell: str, unit_below: str) -> Heading | None:
+    """What a name with its unit is, with words that have a bracket of their own behind it as one remark; None if it is not so.
+
+    A unit of the same quantity there is asked about, as any two are.
+    """
+    match = _WORDS_BEHIND.fullmatch(cell.strip())
+    found = _interpret(match["first"], unit_below) if match is not None else None
+    if match is None or not isinstance(found, Heading) or not is_unit_of(found.unit or "?", found.quantity):
+        return None
+    if is_unit_of(match["inside"], found.quantity) or is_factor(match["inside"]):
+        return None
+    whole = _interpret(f"{match['first']} [{match['words']} {match['inside']}]", unit_below)
+    return whole if isinstance(whole, Heading) else None
 
 
 # A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.
