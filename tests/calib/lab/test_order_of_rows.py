@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -306,3 +307,32 @@ def test_a_capacitance_that_drifts_and_feels_the_press_was_not_sorted(tmp_path: 
     columns = _timed(noise=0.0005)
     smooth = 97 + 1.9 * np.clip(columns["displacement"] - 0.08, 0, None) + 4 * columns["time"] / np.max(columns["time"])
     _read(tmp_path, {**columns, "capacitance": smooth})
+
+
+@pytest.mark.parametrize("apart", [",", ";", "\t"])
+@pytest.mark.parametrize("clock", [False, True])
+def test_rows_out_of_the_order_of_their_time_are_put_right_by_the_command_in_the_advice(
+    tmp_path: Path, apart: str, clock: bool
+) -> None:
+    columns = _timed(n=40)
+    cells = [[f"{x:.{DIGITS[q]}f}" for x in v] for q, v in columns.items()]
+    if clock:
+        cells[0] = [f"10:00:{float(t):06.3f}" for t in cells[0]]
+    head = apart.join(HEADS[q].removesuffix(" (s)") if clock else HEADS[q] for q in columns)
+    rows = [apart.join(row) for row in zip(*cells, strict=True)]
+    path = tmp_path / "newest first.csv"
+    path.write_text("\n".join(["# rig 2", head, *rows[::-1]]) + "\n")
+    with pytest.raises(InputError, match="time falls at 79 of 79 rows") as caught:
+        read_lab_file(path)
+    command = caught.value.faults[0].advice.partition(": ")[2].partition(", or name")[0]
+    subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True)
+    assert (tmp_path / "sorted.csv").read_text() == "\n".join(["# rig 2", head, *rows]) + "\n"
+
+
+def test_rows_whose_times_no_command_sorts_are_asked_for_without_one(tmp_path: Path) -> None:
+    columns = _timed(n=150)
+    rows = [";".join(f"{columns[q][i]:.{DIGITS[q]}f}" for q in columns).replace(".", ",") for i in range(300)]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([";".join(HEADS[q] for q in columns), *rows[::-1]]) + "\n")
+    with pytest.raises(InputError, match="Sort the rows by their time, or name"):
+        read_lab_file(path)
