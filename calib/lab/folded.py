@@ -15,6 +15,8 @@ from models.sensor import FloatArray
 _NEAR_ZERO, _WAY = 0.05, 0.1
 # Rows on either side of the bounce: at least, and as shares of the stretch of the ball's way in which it lies.
 _LEAST, _SIDES = 4, (0.02, 0.035, 0.06, 0.1, 0.16, 0.25)
+# Of a longer record every nth row tells where the ball turns.
+_FINE = 4000
 # Stretches that are looked at; rounds in which the row of the bounce settles.
 _MOST, _ROUNDS = 40, 6
 # On both sides the readings go away from zero by so many noises, and by such a share of the other side. Turned round on one,
@@ -44,8 +46,9 @@ def bounces_of(driver: FloatArray, abscissa: FloatArray, force: FloatArray) -> l
     size = np.abs(force)
     if force.size < 2 * _LEAST or np.any(force > 0) == np.any(force < 0) or np.min(size) > _NEAR_ZERO * np.max(size):
         return []
-    path = calm(driver)
-    turns = reversals(path, max(_WAY * float(np.ptp(path)), 6 * reading_noise(driver)))
+    every = max(1, driver.size // _FINE)
+    path = calm(driver[::every])
+    turns = [every * k for k in reversals(path, max(_WAY * float(np.ptp(path)), 6 * reading_noise(driver)))]
     noise = reading_noise(size)
     ways = list(pairwise(turns))[:_MOST]
     found = [(a, _bounce(abscissa[a : b + 1], size[a : b + 1], noise)) for a, b in ways]

@@ -121,14 +121,14 @@ def _sorted_alone(sheet: Sheet, rows: IntArray, held: Mapping[ReadColumn, FloatA
     A force beside a displacement is judged with their signs.
     """
     for by, v in held.items():
+        if by.quantity == "displacement" or not _in_order(v) or np.unique(v).size < _DIFFER * v.size:
+            continue
         beside = [
             c
             for c in held
             if c is not by and _goes_on_as_it_turns(v, held[c]) and {c.quantity, by.quantity} != {"displacement", "force"}
         ]
-        if by.quantity == "displacement" or not beside or not _in_order(v) or np.unique(v).size < _DIFFER * v.size:
-            continue
-        if is_confirmed(sheet, by.index, by.heading, by.factor, reading):
+        if not beside or is_confirmed(sheet, by.index, by.heading, by.factor, reading):
             continue
         quantity = IN_PLACE_OF.get(by.quantity, by.quantity)
         unit = unit_in_words(sheet, by.index, by.heading, reading)
