@@ -55,7 +55,13 @@ def pasted_rows(values: Mapping[str, FloatArray]) -> dict[int, int]:
 
 
 def pasted_beside_clock(sheet: Sheet, values: Mapping[str, FloatArray]) -> list[Fault]:
-    """Refuse a record whose readings stand in it a second time while its clock goes on: behind them it is of other rows."""
+    """Refuse a record whose readings stand in it a second time while its clock goes on: behind them it is of other rows.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : as of `pasted_rows`.
+    """
     if "time" not in values or not np.all(np.diff(values["time"]) > 0):
         return []
     again = pasted_rows({q: v for q, v in values.items() if q != "time"})

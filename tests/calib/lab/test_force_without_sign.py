@@ -97,6 +97,7 @@ def test_what_only_comes_near_zero_is_read_without_a_word_of_it(tmp_path: Path, 
 
 def test_a_ball_that_turns_round_at_zero_load_is_no_bounce(tmp_path: Path) -> None:
     press = turning_press()
-    swing = 0.5 + np.abs(((np.arange(200) + 25) % 50) - 25) / 50
-    columns = {"time": np.arange(200) * 0.05, "displacement": swing, "force": 4 * (swing - 0.5), "capacitance": 97 + swing}
+    swing: FloatArray = 0.5 + np.abs(((np.arange(200, dtype=np.float64) + 25) % 50) - 25) / 50
+    time = 0.05 * np.arange(200, dtype=np.float64)
+    columns: dict[str, FloatArray] = {"time": time, "displacement": swing, "force": 4 * swing - 2, "capacitance": swing + 97}
     assert "pace" not in _read(tmp_path, Turning(press.depth, columns), columns["force"], sign="compression positive").sign_note
