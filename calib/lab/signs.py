@@ -27,6 +27,7 @@ from calib.lab.evidence import (
     why,
     words_for,
 )
+from calib.lab.folded import bounces_of
 from calib.lab.instruments import LabTable, says_sense
 from calib.lab.linear import slope_and_error
 from calib.lab.shape import NOTHING, Shape, at_the_end_of_its_range, calm, shape_of, steady
@@ -116,8 +117,12 @@ def decide_signs(
     Raises
     ------
     InputError
-        If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
+        If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is; or if the force is shown
+        without its sign.
     """
+    bounce = _bounce(table, displacement, force, good)
+    if bounce and "force" not in _said(table):
+        raise InputError(_without_sign(table, bounce))
     if displacement is not None and force is not None and _goes_on_as_the_ball_turns(displacement, force, good):
         raise InputError(_sorted(table))
     try:
@@ -130,7 +135,43 @@ def decide_signs(
         # What the file says may make doubtful what the record shows.
         weighed = _decide(table, displacement, force, good)
         decided = {q: d if d.factor == weighed[q].factor else weighed[q] for q, d in decided.items()}
+    if bounce:
+        decided["force"] = replace(decided["force"], note=f"{decided['force'].note}; but {bounce}")
     return {quantity: _with_contradiction(table, decision) for quantity, decision in decided.items()}
+
+
+def _bounce(table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray) -> str:
+    """What shows that the force of a record is written without its sign, in words; "" if nothing does."""
+    driver = displacement if displacement is not None else table.columns.get("capacitance")
+    if force is None or driver is None:
+        return ""
+    time = table.columns.get("time", np.arange(force.size, dtype=np.float64))
+    along = driver if displacement is not None else time
+    rows = np.flatnonzero(good & np.isfinite(force) & np.isfinite(driver) & np.isfinite(along))
+    found = bounces_of(driver[rows], along[rows], force[rows])
+    if not found:
+        return ""
+    lines = [str(line) for line in table.lines[rows[found]].tolist()]
+    shown = ", ".join(lines[:4]) + (f" and {len(lines) - 4} others" if len(lines) > 4 else "")
+    where = f"line{'s' if len(lines) > 1 else ''} {shown}"
+    return f"the force comes to zero at {where} and leaves it at the same pace, while the ball goes on, as one without its sign"
+
+
+def _without_sign(table: LabTable, bounce: str) -> Fault:
+    """Refuse a force of which some readings have lost their sign, unless it is said that they have theirs."""
+    return Fault(
+        f"{bounce} would: the readings on one side of there are of the other sense",
+        table.path,
+        int(table.lines[0]) if len(table.lines) else None,
+        advice="Export the force with its sign, or write a minus before the readings on the side out of contact; if they are "
+        f'right as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
+        choice=Choice("sign", tuple(SIGNS), "force"),
+    )
+
+
+def _left_out(table: LabTable) -> str:
+    """Advice to leave the force out, where something is left then."""
+    return "; or leave the force out: --columns force=none" if "capacitance" in table.columns else ""
 
 
 def _contradicted(table: LabTable, decision: SignDecision) -> str:
@@ -519,7 +560,7 @@ def _sorted(table: LabTable) -> Fault:
         "were sorted, or a drift is larger than the press",
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
-        advice="Export the file again, and sort no column alone; or leave the force out: --columns force=none",
+        advice=f"Export the file again, and sort no column alone{_left_out(table)}",
     )
 
 

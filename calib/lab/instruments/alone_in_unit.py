@@ -6,6 +6,7 @@ import re
 from functools import lru_cache
 
 from calib.lab.instruments.brackets import tidy, without_brackets, without_conditions, words_in
+from calib.lab.instruments.factor_words import factor_words
 from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE, STEP_TIMES
 from calib.lab.instruments.meanings import PLAIN
@@ -116,7 +117,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
             or (outside[:1] == "d" and understand(outside[1:], below or unit))
         )
         and not (quantity == "capacitance" and _DIFFERENCE.search(outside))
-        and not FUNCTION.search(outside)
+        and not (FUNCTION.search(outside) or factor_words(outside))
         and why_unread(name, below) == "not understood"
     )
 

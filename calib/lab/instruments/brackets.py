@@ -7,6 +7,7 @@ import unicodedata
 from functools import lru_cache
 from itertools import pairwise
 
+from calib.lab.instruments.factor_words import factor_words
 from calib.lab.instruments.lexicon import (
     BOUNDS,
     COMMANDED,
@@ -441,7 +442,7 @@ def is_factor(text: str) -> bool:
     >>> is_factor("1:10"), is_factor("lever 2 : 1"), is_factor("1:1"), is_factor("Dev1:2"), is_factor("Linear:Digital Position")
     (True, True, False, False, False)
     """
-    return _FACTOR.fullmatch(text.strip()) is not None or _RATIO.search(text) is not None
+    return _FACTOR.fullmatch(text.strip()) is not None or _RATIO.search(text) is not None or bool(factor_words(text))
 
 
 def factor_in(text: str) -> str:

@@ -37,7 +37,7 @@ from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import clocks_beside, of_another_clock, of_one_time, second_clock, twin_axes
 from calib.lab.instruments.own_ways import with_plain_numbers
-from calib.lab.instruments.pasted import pasted_rows
+from calib.lab.instruments.pasted import pasted_beside_clock, pasted_rows
 from calib.lab.instruments.press_unread import notes_on_press
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
@@ -290,13 +290,15 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     again = pasted_rows(values) if not faults else {}
+    faults += pasted_beside_clock(sheet, values) if not (again or faults) else ()
+    same = "time and readings" if "time" in values else "readings"
     for r in again:
-        _append(reasons, r, "a row above once more, in a block pasted again: the same time and readings")
+        _append(reasons, r, f"a row above once more, in a block pasted again: the same {same}")
     for array in values.values():
         array[list(again)] = np.nan
     if again:
         first, above = (int(sheet.lines[r]) for r in next(iter(again.items())))
-        notes.append(f"{len(again)} row(s) stand twice, with their times, and are left out: line {first} is line {above} again")
+        notes.append(f"{len(again)} row(s) stand twice, the same {same}, and are left out: line {first} is line {above} again")
     rounded: dict[ReadColumn, list[Rounded]] = {}
     if not faults:
         good = np.array([not why for why in reasons])

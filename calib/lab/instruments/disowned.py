@@ -11,6 +11,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.contrary import names_quantity, unit_against
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import understand
 
 _QUANTITIES = ("force", "displacement", "capacitance")
 _LONGEST, _MOST_LINES = 200, 400
@@ -46,6 +47,11 @@ _NUMBERED = re.compile(
     r"(?: ?(?:and|und|et|y|e|&|,|/) ?(\d{1,2}))?",
     re.IGNORECASE,
 )
+# A list of all columns: "columns from left: time, force, displacement", "Spalten: 1 = Zeit, 2 = Kraft".
+_LISTED = re.compile(r"\s*(?:[#%;!]+|//)?(?P<before>[^:=]{3,60}):\s*(?P<list>[^:]+)")
+_OF_COLUMNS = _words(r"columns?|cols?|spalten?|colonnes?|columnas?|colunas?|colonn[ae]|kolom(?:men)?|kolumn\w*")
+_PARTS = re.compile(r"[,;|]|(?<=\D)\s(?=\d{1,2}\s?[=.)])|\s(?:and|und|et|y|e)\s")
+_NUMBER_BEFORE = re.compile(r"\s*(?:\d{1,2}\s?[=.)]?\s?)?(?P<name>.*?)\s*")
 _LEVER = re.compile(r"\b(?:lever|hebel|levier|palanca|leva)\b\D{0,20}\d+(?:[.,]\d+)? ?[:/] ?\d+", re.IGNORECASE)
 
 
@@ -86,10 +92,30 @@ def disowned_in(
     return faults
 
 
+def _in_another_order(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...]:
+    """The quantities that a list of all columns has in another order than they stand in; none of any other line."""
+    match = _LISTED.fullmatch(line.strip())
+    if match is None or not _OF_COLUMNS.search(match["before"]):
+        return ()
+    parts = [part for part in _PARTS.split(match["list"]) if part.strip()]
+    names = [found["name"] for part in parts if (found := _NUMBER_BEFORE.fullmatch(part)) is not None]
+    told = [heading.quantity for name in names if (heading := understand(name)) is not None]
+    if len(told) != len(names) or len(set(told)) != len(told):
+        return ()
+    own = {IN_PLACE_OF.get(q, q): index for q, (_, index) in read.items() if index >= 0}
+    listed = [q for q in (IN_PLACE_OF.get(q, q) for q in told) if q in own]
+    if len(listed) < len(own):
+        return ()
+    there = sorted(listed, key=lambda q: own[q])
+    return tuple(q for q in _QUANTITIES if q in listed and listed.index(q) != there.index(q))
+
+
 def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...]:
     """The quantities that are read of which a line says that their columns are others than they seem."""
     if _LEVER.search(line) and "force" in read:
         return ("force",)
+    if moved := _in_another_order(line, read):
+        return moved
     swapped, wrong = _SWAPPED.search(line), _WRONG.search(line)
     if not (swapped or wrong) or _SETTLED.search(line):
         return ()

@@ -283,11 +283,17 @@ def _header_cells(line: str, delimiter: str, below: Sequence[str]) -> Iterator[l
             cells = split_line(line, delimiter)
             paired = with_their_units(cells, delimiter, below)
             yield paired or _with_row_names(_whole_brackets(cells, delimiter, below), delimiter, below)
+            return
+        for other in DELIMITERS[:-1]:
+            # Names between semicolons, above rows between commas.
+            cells = split_line(line.strip(), other) if other in line else []
+            if len(cells) > 2 and _are_as_wide(below, len(cells), other, delimiter):
+                yield cells
         return
     for other in DELIMITERS[:-1]:
         # Names between commas, above rows between blanks.
         cells = split_line(line.strip(), other) if other in line else []
-        if len(cells) > 1 and _are_as_wide(below, len(cells), other):
+        if len(cells) > 1 and _are_as_wide(below, len(cells), other, delimiter):
             yield cells
     if line.count('"') >= 4:
         # As R writes tables: names in quotes, blanks between them.
@@ -307,9 +313,9 @@ def _are_counted(lines: Sequence[str], width: int) -> bool:
     return all(int(after[0]) == int(before[0]) + 1 for before, after in pairwise(rows))
 
 
-def _are_as_wide(lines: Sequence[str], width: int, mark: str) -> bool:
-    """Whether lines are rows of numbers between blanks, as many in each, without a mark that stands between the names."""
-    rows = [line.split() for line in lines if line.strip()]
+def _are_as_wide(lines: Sequence[str], width: int, mark: str, delimiter: str) -> bool:
+    """Whether lines are rows of numbers, as many in each, without a mark that stands between the names."""
+    rows = [split_line(line, delimiter) for line in lines if line.strip()]
     return bool(rows) and not any(mark in line for line in lines) and all(len(r) == width and is_numeric(r[0]) for r in rows)
 
 

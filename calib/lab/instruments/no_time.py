@@ -17,6 +17,7 @@ from calib.lab.instruments.ticks import Tick, as_written, stated_tick
 from calib.lab.instruments.times import gone_on, unit_of_numbers
 from calib.lab.instruments.unit_choice import counted_unit
 from calib.lab.instruments.units import asked_factor, is_unit_of
+from calib.lab.instruments.vocabulary import heading_as
 from models.sensor import FloatArray
 
 # "Sample rate: 50 Hz", "Sampling interval [ms];20", "Abtastrate 100 1/s", "Interval,200ms".
@@ -94,7 +95,8 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
         elif rising is None and (not sheet.unit_written(index) or is_unit_of(sheet.unit_written(index), "time")):
             own = sheet.unit_written(index) or counted_unit(sheet.names[index], "time") or unit_of_a_whole(sheet.names[index])
             own = own or (sheet.names[index] if is_unit_of(sheet.names[index], "time") else "")
-            rising = index, own or unit_of_numbers(float(values[0])) or _unit_of_fractions(values)
+            two = heading_as("time", sheet.names[index], sheet.unit_below(index)).unit_doubt.startswith("two units")
+            rising = index, "" if two else own or unit_of_numbers(float(values[0])) or _unit_of_fractions(values)
             falls = _where_it_falls(sheet, index)
     tick = stated_tick(sheet.lines_around)
     if rising is not None and not rising[1] and not falls and (lasts := tick or _of_gaps(sheet, rising[0])) is not None:

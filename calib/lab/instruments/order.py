@@ -15,6 +15,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import least_apart, noise_of
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.stretches import stretches
 from models.sensor import FloatArray
 
 _CHANNELS = ("displacement", "force", "capacitance", "capacitance_series")
@@ -39,6 +40,11 @@ _SHUFFLED, _FEWEST_SHUFFLED = 0.35, 10
 # the top, and the share of the scatter that is left there; of two curves each scatters by such a share of both together, holds
 # such a share of the rows, and is left for the other by such a share of them.
 _FAR, _DIGITS, _AT_TOP, _MEET, _SMOOTHER, _HALF, _CHANGES = 0.01, 3.0, 6, 0.4, 0.45, 0.4, 0.35
+
+# Beside a channel that comes back by such a share of its range, one that was sorted alone goes on by such a share of its own on
+# either side of the turn, in readings of which such a share differ. Over such a share of the rows its paces before and behind
+# it differ by such a share of their sum at most, or of what they differ by somewhere else.
+_COMES_BACK, _ON, _DIFFER, _NEAR_TURN, _SAME_PACE, _NO_CORNER = 0.5, 0.1, 0.5, 0.15, 0.2, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +97,9 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
         if other is not by and mixed(by, held[by], other, held[other])
     ]
     # Whoever says one of them once more says that the rows are in order.
-    if not apart or any(is_confirmed(sheet, c.index, c.heading, c.factor, reading) for _, c in apart):
+    if not apart:
+        return _sorted_alone(sheet, rows, held, reading)
+    if any(is_confirmed(sheet, c.index, c.heading, c.factor, reading) for _, c in apart):
         return []
     by, other = apart[0]
     quantity = IN_PLACE_OF.get(other.quantity, other.quantity)
@@ -105,6 +113,67 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
         f"are in that order, let the header name the unit and say it once more: --units {quantity}={unit}"
     )
     return [Fault(message, sheet.text.path, int(sheet.lines[rows[0]]), by.index + 1, advice=advice)]
+
+
+def _sorted_alone(sheet: Sheet, rows: IntArray, held: Mapping[ReadColumn, FloatArray], reading: Reading) -> list[Fault]:
+    """List a force or a capacitance that was sorted while the others, and their clock, were not.
+
+    A force beside a displacement is judged with their signs.
+    """
+    for by, v in held.items():
+        if by.quantity == "displacement" or not _in_order(v) or np.unique(v).size < _DIFFER * v.size:
+            continue
+        beside = [
+            c
+            for c in held
+            if c is not by and _goes_on_as_it_turns(v, held[c]) and {c.quantity, by.quantity} != {"displacement", "force"}
+        ]
+        if not beside or is_confirmed(sheet, by.index, by.heading, by.factor, reading):
+            continue
+        quantity = IN_PLACE_OF.get(by.quantity, by.quantity)
+        unit = unit_in_words(sheet, by.index, by.heading, reading)
+        message = (
+            f'column "{sheet.names[by.index]}" goes one way from the first row to the last, while "'
+            f'{sheet.names[beside[0].index]}" goes there and comes back: it was sorted alone, or its drift hides the press'
+        )
+        left = {c.quantity for c in held if c is not by}
+        enough = (
+            left >= {"displacement", "force"}
+            if quantity == "capacitance"
+            else bool(left & {"capacitance", "capacitance_series"})
+        )
+        out = f"leave it out: --columns {quantity}=none; or, " if enough else ""
+        advice = (
+            f"Export the file again, and sort no column alone; or {out}if it was read so, let the header name the unit and say "
+            f"it once more: --units {quantity}={unit}"
+        )
+        return [Fault(message, sheet.text.path, int(sheet.lines[rows[0]]), by.index + 1, advice=advice)]
+    return []
+
+
+def _goes_on_as_it_turns(v: FloatArray, y: FloatArray) -> bool:
+    """Whether readings go on at their pace wherever another channel, which goes there and comes back, turns round."""
+    away = np.abs(y - y[0])
+    tops = [first + int(np.argmax(away[first:end])) for first, end in stretches(away > _COMES_BACK * np.ptp(y))]
+    on = _ON * np.ptp(v)
+    inner = [
+        k
+        for k in tops
+        if min(abs(v[k] - v[0]), abs(v[-1] - v[k])) > on and away[k] - np.min(away[k:]) > _COMES_BACK * np.ptp(y)
+    ]
+    return bool(inner) and all(_has_no_corner(v, k) for k in inner)
+
+
+def _has_no_corner(v: FloatArray, turn: int) -> bool:
+    """Whether readings go on at their pace over a row, or change it by less there than elsewhere."""
+    near = max(round(_NEAR_TURN * min(turn, v.size - 1 - turn)), 2)
+    if min(turn, v.size - 1 - turn) < near:
+        return False
+    corners = np.abs(v[2 * near :] - 2 * v[near:-near] + v[: -2 * near])
+    at = turn - near
+    elsewhere = np.concatenate([corners[: max(at - near, 0)], corners[at + near + 1 :]])
+    both = abs(float(v[turn + near] - v[turn - near]))
+    return bool(corners[at] <= max(_SAME_PACE * both, _NO_CORNER * float(np.max(elsewhere, initial=0.0))))
 
 
 def _mixed(by: ReadColumn, v: FloatArray, other: ReadColumn, y: FloatArray) -> bool:

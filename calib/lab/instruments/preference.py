@@ -17,7 +17,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
 from calib.lab.instruments.unit_choice import unit_of_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
-from calib.lab.instruments.vocabulary import Heading, as_a_record, why_unread, words
+from calib.lab.instruments.vocabulary import Heading, as_a_record, heading_as, why_unread, words
 from models.sensor import FloatArray
 
 # Quantities of which two columns that differ are a choice of the user.
@@ -118,13 +118,17 @@ def best_of(
         press = {"force", "displacement"} <= {h.quantity for h in sheet.headings.values()}
         if IN_PLACE_OF.get(quantity, quantity) == "capacitance" and press and not rest:
             another = f"; else leave it out: {Choice('columns', ('none',), 'capacitance')}"
+        asked_again = heading_as(quantity, sheet.names[best.index], sheet.unit_below(best.index)).unit_doubt
+        unit = (best.heading.unit or sheet.unit_below(best.index)) if asked_again else ""
+        or_more = f" (10 {unit}, if its readings are to be multiplied by 10)" if "factor" in asked_again else ""
+        with_unit = f" and --units {quantity}={unit}{or_more}" if unit else ""
         faults.append(
             Fault(
                 f'column "{sheet.names[best.index]}" may be no {in_words(quantity)}: {best.heading.name_doubt}',
                 sheet.text.path,
                 sheet.named_at,
                 best.index + 1,
-                advice=f"{first}: {this}{another}",
+                advice=f"{first}: {this}{with_unit}{another}",
                 choice=this,
             )
         )

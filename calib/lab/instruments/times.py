@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from itertools import islice
 
@@ -109,6 +110,34 @@ def date_column(sheet: Sheet, clock: int) -> int | None:
     return None
 
 
+_TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc", "")
+
+
+def _sorting(sheet: Sheet, index: int, cells: Sequence[str], values: FloatArray) -> str:
+    """A command that sorts the rows of a text by their time, where that puts them in order; "" where it would not."""
+    lines, path = sheet.lines, sheet.text.path
+    whole = (
+        path.suffix.lower() in _TEXTS and len(sheet.delimiter) == 1 and not any(map(str.strip, sheet.text.lines[lines[-1] :]))
+    )
+    if not whole or lines[-1] - lines[0] != lines.size - 1 or not np.all(np.isfinite(values)):
+        return ""
+    if any('"' in sheet.text.lines[line - 1] for line in lines[:3].tolist()):
+        return ""
+    written = [cell.strip() for cell in cells]
+    plain = all(_PLAIN.fullmatch(cell) for cell in written)
+    order = np.argsort(values, kind="stable")
+    if not plain and [written[k] for k in order.tolist()] != sorted(written):
+        return ""
+    file, behind = shlex.quote(str(path)), int(lines[0])
+    apart = "" if sheet.delimiter == " " else f"-t '{sheet.delimiter}' " if sheet.delimiter != "\t" else "-t $'\\t' "
+    by = f"LC_ALL=C sort -s {apart}-k{index + 1},{index + 1}{'g' if plain else ''}"
+    return f": (head -n {behind - 1} {file}; tail -n +{behind} {file} | {by}) > sorted.csv"
+
+
+# A number as `sort -g` reads it.
+_PLAIN = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
+
+
 def time_faults(
     sheet: Sheet, index: int, cells: Sequence[str], values: FloatArray, factor: float, reading: Reading
 ) -> list[Fault]:
@@ -143,7 +172,8 @@ def time_faults(
     falls = np.flatnonzero(steps < 0)
     if rows.size >= _FEWEST and falls.size > max(1, _MOST_FALLS * steps.size):
         words = f"time falls at {falls.size} of {steps.size} rows, the first is this"
-        return fault(int(falls[0]) + 1, words, "Sort the rows by their time, or name another column of time")
+        advice = f"Sort the rows by their time{_sorting(sheet, index, cells, values)}, or name another column of time"
+        return fault(int(falls[0]) + 1, words, advice)
     # The middle one, as a damaged row may hold anything.
     start, largest = float(np.median(time)), float(np.max(np.abs(time)))
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0

@@ -32,6 +32,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
+from calib.lab.instruments.factor_words import factor_before_symbol, factor_words, free_number
 from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
@@ -353,10 +354,21 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
-    factor, function = factor_in(outside), FUNCTION.search(outside)
+    factor, function = factor_in(outside) or factor_words(outside) or factor_before_symbol(outside), FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
+    doubt = doubt or next((d for bracket in brackets if (d := _may_be_factor(quantity, bracket))), "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
     return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+def _may_be_factor(quantity: str, bracket: str) -> str:
+    """Why a bracket may say by what the readings are to be multiplied: it has a number of which nothing tells what it is."""
+    number = free_number(bracket) if SI_UNIT[quantity] else ""
+    clock = quantity == "time" and _CLOCK_FORM.fullmatch(bracket)
+    if not number or clock or is_unit_of(bracket, quantity) or is_wiring(bracket) or index_in(bracket) or says_sense(bracket):
+        return ""
+    of_mean = is_mean_of_readings(f"({bracket})") or any(m.quantity == quantity for m in meanings(words(bracket), (), ""))
+    return "" if of_mean else f'"{bracket}" in its name may be a factor, or what was taken off'
 
 
 def _second_unit(quantity: str, outside: str, unit: str) -> str:
@@ -429,6 +441,8 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return f'the factor "{factor}" stands before its name'
     if machine := bends_itself(cell):
         return machine
+    if (remarked := _remark_behind(cell, unit_below)) is not None:
+        return remarked
     cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
@@ -496,6 +510,28 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     without_tail = next((words(name) for name, _ in _with_tail(outside)), "")
     return f"axis {axis}: not used" if (axis := other_axis(without_tail)) else _reason(words(outside), brackets, unit_below)
+
+
+# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
+_WORDS_BEHIND = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[][^()\[\]]+[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
+    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
+)
+
+
+def _remark_behind(cell: str, unit_below: str) -> Heading | None:
+    """What a name with its unit is, with words that have a bracket of their own behind it as one remark; None if it is not so.
+
+    A unit of the same quantity there is asked about, as any two are.
+    """
+    match = _WORDS_BEHIND.fullmatch(cell.strip())
+    found = _interpret(match["first"], unit_below) if match is not None else None
+    if match is None or not isinstance(found, Heading) or not is_unit_of(found.unit or "?", found.quantity):
+        return None
+    if is_unit_of(match["inside"], found.quantity) or is_factor(match["inside"]):
+        return None
+    whole = _interpret(f"{match['first']} [{match['words']} {match['inside']}]", unit_below)
+    return whole if isinstance(whole, Heading) else None
 
 
 # A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.

@@ -58,6 +58,11 @@ def test_a_column_of_dates_with_times_is_the_time_whatever_it_is_called(tmp_path
         "%Y年%m月%d日 下午 %I:%M:%S.%f3",
         "%Y%m%dT%H%M%S.%f3",
         "%d. November %Y %H:%M:%S.%f3",
+        "%a %b %d %H:%M:%S.%f3 CET %Y",
+        "%a %d %b %Y %I:%M:%S.%f3 %p CET",
+        "Fr %d. Nov %H:%M:%S.%f3 +0100 %Y",
+        "%G-W%V-%uT%H:%M:%S.%f3",
+        "%Y-%jT%H:%M:%S.%f3Z",
     ],
 )
 def test_dates_and_times_written_with_words_or_without_marks_are_read(tmp_path: Path, pattern: str) -> None:

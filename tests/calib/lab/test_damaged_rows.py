@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab import LabTable, observe, read_lab_file
+from calib.lab import LabTable, Reading, observe, read_lab_file
 
 N = 60
 X = np.linspace(0.0, 1.0, N)
@@ -392,3 +392,42 @@ def test_cells_whose_exponent_is_cut_are_left_out_before_the_size_of_the_column_
     assert [i for i, why in enumerate(table.reasons) if why] == at
     with pytest.raises(InputError, match="no test of a small sample"):
         read(tmp_path, [f"{0.1 * i:.1f},{c[:-1]}" for i, c in enumerate(cells)], "Time [s],Cp [F]")
+
+
+@pytest.mark.parametrize(("block", "behind"), [((20, 24), 24), ((20, 35), 35), ((10, 20), 45), ((30, 50), N)])
+def test_a_block_that_was_pasted_twice_shows_without_a_clock(tmp_path: Path, block: tuple[int, int], behind: int) -> None:
+    lines = [line.split(",", 1)[1] for line in rows()]
+    head = HEAD.split(",", 1)[1]
+    again = lines[slice(*block)]
+    table = read(tmp_path, [*lines[:behind], *again, *lines[behind:]], head)
+    assert [r for r, why in enumerate(table.reasons) if why] == [*range(behind, behind + len(again))]
+    assert any(f"line {behind + 2} is line {block[0] + 2} again" in note for note in table.notes)
+    assert observe(table).n_cycle == observe(read(tmp_path, lines, head)).n_cycle
+
+
+@pytest.mark.parametrize("change", ["one digit", "cycles", "ramps"])
+def test_rows_without_a_clock_that_are_alike_but_go_on_elsewhere_are_kept(tmp_path: Path, change: str) -> None:
+    lines = [line.split(",", 1)[1] for line in rows()]
+    head = HEAD.split(",", 1)[1]
+    coarse = [f"{round(x, 2):.2f},{max(round(f, 1) - 1.0, 0):.1f}" for x, f in zip(X, F, strict=True)]
+    both = {
+        "one digit": [*lines[:35], *(f"{line}1" for line in lines[20:35]), *lines[35:]],
+        "cycles": [*lines, *lines[::-1], *lines, *lines[::-1]],
+        "ramps": [*coarse, *(line if i < 12 else f"{line}7" for i, line in enumerate(coarse))],
+    }[change]
+    assert not any("twice" in note for note in read(tmp_path, both, head).notes)
+
+
+def test_readings_that_were_pasted_twice_beside_their_clock_are_refused_and_read_without_it(tmp_path: Path) -> None:
+    lines = [line.split(",", 1)[1] for line in rows()]
+    both = [f"{0.1 * i:.1f},{line}" for i, line in enumerate([*lines[:40], *lines[30:40], *lines[40:]])]
+    with pytest.raises(InputError, match="lines 42 to 51 hold the readings of the lines from 32 on once more"):
+        read(tmp_path, both)
+    table = read_lab_file(tmp_path / "a.csv", Reading(columns={"time": "none"}))
+    assert [r for r, why in enumerate(table.reasons) if why] == [*range(40, 50)]
+
+
+def test_cycles_that_are_alike_beside_a_clock_are_kept(tmp_path: Path) -> None:
+    lines = [line.split(",", 1)[1] for line in rows()]
+    table = read(tmp_path, [f"{0.1 * i:.1f},{line}" for i, line in enumerate([*lines, *lines, *lines])])
+    assert not any(table.reasons)

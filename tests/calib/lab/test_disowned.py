@@ -36,6 +36,9 @@ GOOD = (
     "Column of the frame was cleaned",
     "header was wrong in the first export, corrected",
     "Kanal 1: Kraft, Kanal 2: Weg",
+    "order of columns: time, displacement, force",
+    "columns plotted: force, displacement",
+    "channels used: force, displacement, time",
 )
 
 
@@ -87,3 +90,23 @@ def test_a_unit_that_another_sheet_says_is_asked_about(tmp_path: Path) -> None:
         read_lab_file(path)
     table = read_lab_file(path, Reading(units={"force": "mN"}))
     np.testing.assert_allclose(table.columns["force"], np.round(PRESS["force"], 4) * 1e-3)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "columns from left: time, force, displacement",
+        "Reihenfolge der Spalten: Zeit, Kraft, Weg",
+        "order of columns: 1 = time, 2 = force, 3 = displacement",
+    ],
+)
+def test_a_list_of_all_columns_in_another_order_is_asked_about(tmp_path: Path, words: str) -> None:
+    path = _write(tmp_path, words, "above")
+    with pytest.raises(InputError, match="not what the header says"):
+        read_lab_file(path)
+    table = read_lab_file(path, Reading(columns=NAMES))
+    assert np.allclose(table.columns["force"], PRESS["force"], atol=1e-4)
+    other = read_lab_file(
+        path, Reading(columns={"force": "2", "displacement": "3"}, units={"force": "N", "displacement": "mm"})
+    )
+    assert np.allclose(other.columns["force"], PRESS["displacement"], atol=1e-4)

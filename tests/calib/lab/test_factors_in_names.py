@@ -144,3 +144,82 @@ def test_parts_of_a_unit_in_words_are_asked_about_though_the_column_is_said(tmp_
 @pytest.mark.parametrize("name", ["Force 10th run (N)", "Load cell 100 (N)", "Decimation force (N)"])
 def test_numbers_of_other_things_are_no_parts_of_a_unit(name: str) -> None:
     assert "the factor" not in heading_as("force", name).unit_doubt
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Force (N) (div by 10)",
+        "Force (N) (multiply by ten)",
+        "Force (N) (10 times too large)",
+        "Force (N) (tenfold)",
+        "Force (N) (1/10)",
+        "Force (N) (one tenth)",
+        "Force (N) (scale factor 0.1)",
+        "Force (N) (scale 10)",
+        "Force (N) (k=2)",
+        "Force (N) (reading/10)",
+        "Force (N), to be divided by 10",
+        "Force over 10 (N)",
+        "Force (N) (10% too high)",
+        "Force (N) (quux 9.81)",
+        "Force (N) (ratio 10)",
+        "Kraft (N) (Faktor 10)",
+        "Kraft (N) (mal zehn)",
+        "Kraft 10-fach (N)",
+        "halbe Kraft (N)",
+        "Half force (N)",
+        "Force (N) (facteur 10)",
+        "Force (N) (divisé par 10)",
+        "Fuerza (N) (dividida entre 10)",
+        "Forza (N) (moltiplicata per 10)",
+        "Siła (N) (współczynnik 10)",
+        "力 (N) (10倍)",
+        "力 (N) (除以10)",
+        "2F (N)",
+        "10F (N)",
+        "½F (N)",
+        "0.5 F (N)",
+    ],
+)
+def test_a_factor_in_other_words_is_not_dropped_by_naming_the_column(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError) as first:
+        read(tmp_path, name, Reading())
+    assert "--columns" in str(first.value) or "--units" in str(first.value)
+    for said in (name, "3"):
+        with pytest.raises(InputError, match="--units"):
+            read(tmp_path, name, Reading(columns={"force": said}))
+    table = read(tmp_path, name, Reading(columns={"force": name}, units={"force": "0.1 N"}))
+    assert np.allclose(table.columns["force"], 0.1 * FORCE, atol=1e-5)
+
+
+def test_advice_on_an_unknown_number_has_the_column_and_its_unit_at_once(tmp_path: Path) -> None:
+    name = "Force (N) (quux 9.81)"
+    with pytest.raises(InputError, match=r'--columns "force=Force \(N\) \(quux 9.81\)" and --units force=N') as caught:
+        read(tmp_path, name, Reading())
+    assert caught.value.faults[0].choice is not None
+    assert np.allclose(
+        read(tmp_path, name, Reading(columns={"force": name}, units={"force": "N"})).columns["force"], FORCE, atol=1e-4
+    )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "run 3",
+        "v2",
+        "2026-03-04",
+        "test 12",
+        "10 samples",
+        "avg of 10",
+        "20 mm ball",
+        "50N cell",
+        "half bridge",
+        "U9C",
+        "cell 2",
+        "by hand",
+    ],
+)
+def test_what_counts_or_says_how_it_was_measured_is_no_factor_once_the_column_is_said(tmp_path: Path, words: str) -> None:
+    name = f"Force (N) ({words})"
+    assert np.allclose(read(tmp_path, name, Reading(columns={"force": name})).columns["force"], FORCE, atol=1e-4)

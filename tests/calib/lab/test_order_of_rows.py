@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -269,3 +270,69 @@ def test_rows_of_a_lost_sign_and_of_a_tenth_in_one_record_have_a_way_out(tmp_pat
         rows = rows[(rows < first) | (rows > last)]
     table = _read(tmp_path, {q: v[rows] for q, v in columns.items()})
     assert not any(table.reasons)
+
+
+ALONE = "goes one way from the first row to the last, while .* goes there and comes back: it was sorted alone"
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("shape", [{}, {"hold": 40}, {"cycles": 3}, {"noise": 0.0005}, {"n": 60}])
+@pytest.mark.parametrize(
+    ("by", "layout"),
+    [
+        ("capacitance", ("time", "displacement", "force", "capacitance")),
+        ("capacitance", ("displacement", "force", "capacitance")),
+        ("capacitance", ("time", "displacement", "capacitance")),
+        ("capacitance", ("time", "force", "capacitance")),
+        ("force", ("time", "force", "capacitance")),
+    ],
+)
+def test_a_column_that_was_sorted_alone_is_refused(
+    tmp_path: Path, by: str, layout: tuple[str, ...], shape: dict[str, Any], backwards: bool
+) -> None:
+    columns = {q: v for q, v in _timed(**shape).items() if q in layout}
+    sorted_so = {**columns, by: np.sort(columns[by])[:: -1 if backwards else 1]}
+    with pytest.raises(InputError, match=ALONE) as caught:
+        _read(tmp_path, sorted_so)
+    advice = caught.value.faults[0].advice
+    quantity, unit = advice.rpartition("--units ")[2].split("=")
+    assert quantity in _read(tmp_path, sorted_so, Reading(units={quantity: unit})).columns
+    if "=none" in advice:
+        table = _read(tmp_path, sorted_so, Reading(columns={quantity: "none"}))
+        assert quantity not in table.columns
+        assert by == "force" or observe(table).n_cycle == shape.get("cycles", 1)
+
+
+def test_a_capacitance_that_drifts_and_feels_the_press_was_not_sorted(tmp_path: Path) -> None:
+    columns = _timed(noise=0.0005)
+    smooth = 97 + 1.9 * np.clip(columns["displacement"] - 0.08, 0, None) + 4 * columns["time"] / np.max(columns["time"])
+    _read(tmp_path, {**columns, "capacitance": smooth})
+
+
+@pytest.mark.parametrize("apart", [",", ";", "\t"])
+@pytest.mark.parametrize("clock", [False, True])
+def test_rows_out_of_the_order_of_their_time_are_put_right_by_the_command_in_the_advice(
+    tmp_path: Path, apart: str, clock: bool
+) -> None:
+    columns = _timed(n=40)
+    cells = [[f"{x:.{DIGITS[q]}f}" for x in v] for q, v in columns.items()]
+    if clock:
+        cells[0] = [f"10:00:{float(t):06.3f}" for t in cells[0]]
+    head = apart.join(HEADS[q].removesuffix(" (s)") if clock else HEADS[q] for q in columns)
+    rows = [apart.join(row) for row in zip(*cells, strict=True)]
+    path = tmp_path / "newest first.csv"
+    path.write_text("\n".join(["# rig 2", head, *rows[::-1]]) + "\n")
+    with pytest.raises(InputError, match="time falls at 79 of 79 rows") as caught:
+        read_lab_file(path)
+    command = caught.value.faults[0].advice.partition(": ")[2].partition(", or name")[0]
+    subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True)
+    assert (tmp_path / "sorted.csv").read_text() == "\n".join(["# rig 2", head, *rows]) + "\n"
+
+
+def test_rows_whose_times_no_command_sorts_are_asked_for_without_one(tmp_path: Path) -> None:
+    columns = _timed(n=150)
+    rows = [";".join(f"{columns[q][i]:.{DIGITS[q]}f}" for q in columns).replace(".", ",") for i in range(300)]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([";".join(HEADS[q] for q in columns), *rows[::-1]]) + "\n")
+    with pytest.raises(InputError, match="Sort the rows by their time, or name"):
+        read_lab_file(path)

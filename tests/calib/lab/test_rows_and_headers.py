@@ -451,3 +451,17 @@ def test_a_loss_above_1_beside_a_series_capacitance_may_be_in_per_cent(tmp_path:
 def test_a_loss_below_1_and_one_that_says_per_cent_are_taken(tmp_path: Path, name: str, loss: float) -> None:
     written = [f"Time (s),Cs (pF),{name}", *(f"{a:.1f},{d:.4f},{loss:.3f}" for a, _, _, d in PRESS)]
     assert "converted to Cp" in " ".join(read(tmp_path, written).notes)
+
+
+@pytest.mark.parametrize(("above", "between"), [(";", ","), ("\t", ","), ("|", ","), (",", "\t"), (",", ";"), (";", "\t")])
+def test_names_between_one_mark_above_rows_between_another_are_read(tmp_path: Path, above: str, between: str) -> None:
+    place = np.concatenate([np.linspace(0, 1, 40), np.linspace(1, 0, 40)])
+    force = 3 * np.clip(place - 0.1, 0, None) ** 1.5
+    rows = [between.join([f"{0.1 * k:.1f}", f"{x:.4f}", f"{f:.4f}"]) for k, (x, f) in enumerate(zip(place, force, strict=True))]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([above.join(["Time (s)", "Displacement (mm)", "Force (N)"]), *rows]) + "\n")
+    table = read_lab_file(path)
+    assert np.allclose(table.columns["force"], force, atol=1e-4)
+    path.write_text("\n".join([above.join(["Time (s)", "Displacement (mm)"]), *rows]) + "\n")
+    with pytest.raises(InputError):
+        read_lab_file(path)

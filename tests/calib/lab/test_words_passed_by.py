@@ -306,3 +306,36 @@ def test_a_title_above_a_column_without_a_name_is_no_name_of_it(tmp_path: Path, 
     table = read_lab_file(written(tmp_path, header))
     assert set(table.columns) == {"displacement", "force"}
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Force (N) at 23 (°C)",
+        "Load (N) at 2 (mm/min)",
+        "Force (N) range (50 N)",
+        "Force (N) cell (50 N)",
+        "Kraft (N) bei 23 (°C)",
+    ],
+)
+def test_words_with_a_bracket_of_their_own_behind_the_unit_say_how_it_was_measured(tmp_path: Path, name: str) -> None:
+    assert np.allclose(read(tmp_path, f"Time (s);Travel (mm);{name}", TIME, DEPTH, FORCE).columns["force"], FORCE, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name", ["Force (N) vs time (s)", "Force (N) on sensor (2)", "Force (N) per area (mm²)", "Force (N) quux (m)"]
+)
+def test_words_that_nobody_knows_there_are_asked_about_and_the_advice_reads_the_column(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="may be no force") as caught:
+        read(tmp_path, f"Time (s);Travel (mm);{name}", TIME, DEPTH, FORCE)
+    advice = caught.value.faults[0].advice
+    units = {"force": "N"} if "--units force=N" in advice else {}
+    table = read_lab_file(tmp_path / "lab.csv", Reading(columns={"force": name}, units=units))
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_of_a_time_in_two_units_no_unit_is_advised(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s) step (ms);Travel (mm);Force (N)", TIME, DEPTH, FORCE)
+    note = next(note for note in table.notes if "no time is read" in note)
+    assert "time=ms" not in note
+    assert "--units time=" in note
