@@ -32,6 +32,8 @@ _WITH_UNIT = re.compile(
 )
 # What a meter says of a reading that is good, where no unit stands before it.
 _GOOD = ("ok", "good", "valid", "stable")
+# Prefixes that stand alone behind a number, as engineers write it: "97.0p", of a capacitance and what has no unit but one.
+_OF_FARAD, _OF_ONE_UNIT = "fpnuµμ", ("capacitance", "capacitance_series", "dissipation", "quality", "frequency")
 _PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6}
 # Seconds since 1970 of the years 2010 to 2036, the units in which they are counted, and the steps of a press [s]: a counter
 # of milliseconds since the logger was switched on would go in larger ones if it were seconds.
@@ -61,7 +63,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
-            found = _without_units(columns[index], heading, asked or written)
+            found = _without_units(columns[index], heading, asked or written, said=bool(asked))
             passed = same_word_behind(columns[index]) if found is None and asked else ""
             if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
                 columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
@@ -92,6 +94,9 @@ def _by_cells(sheet: Sheet) -> dict[int, Heading]:
         unit = first["unit"] if first is not None else ""
         of = next((quantity for quantity in RECORDED if unit and is_unit_of(unit, quantity)), "")
         heading = understand(name, unit) if of else None
+        if unit in _OF_FARAD and understand(name) is None and (symbol := understand(name, "F")) is not None:
+            found |= {index: symbol} if symbol.quantity == "capacitance" else {}
+            continue
         # A word that is not understood may be a setting, "1 nF" of a range.
         if of and understand(name) is None and unit_in(name) in ("", name) and (heading is not None or len(name) == 1):
             found[index] = heading if heading is not None else heading_as(of, name, unit)
@@ -114,7 +119,9 @@ def _enough(n_cell: int) -> float:
 _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 
-def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tuple[list[str], str, list[str]] | None:
+def _without_units(
+    cells: Sequence[str], heading: Heading, written: str, *, said: bool
+) -> tuple[list[str], str, list[str]] | None:
     """The cells as numbers in one unit, that unit, "" where it is the written one, and the units that stand in cells.
 
     None if all are plain numbers, or one cannot be told.
@@ -136,7 +143,7 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
     if min(written_so.values()) < _enough(written_so.total()):
         return None
     seen = sorted({unit for _, unit in matches.values()})
-    powers = _powers(heading.quantity, seen, written)
+    powers = _powers(heading.quantity, seen, written, said=said)
     if powers is None:
         return None
     unit, power = powers
@@ -156,8 +163,13 @@ def _some_with_unit(cells: Sequence[str]) -> bool:
     return any(_WITH_UNIT.fullmatch(cells[r].strip()) for r in (not_numbers(cells, len(cells)) or [])[:_SEEN])
 
 
-def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict[str, int]] | None:
-    """The unit below the name, "" where one is written, and by which power of ten each unit in cells differs from it."""
+def _powers(quantity: str, seen: Sequence[str], written: str, *, said: bool) -> tuple[str, dict[str, int]] | None:
+    """The unit below the name, "" where one is written, and by which power of ten each unit in cells differs from it.
+
+    Where the user said the unit, "m" behind all numbers is milli of mm, and the metre of m.
+    """
+    if not written and quantity in _OF_ONE_UNIT and any(seen) and all(not word or word in _PREFIXES for word in seen):
+        return SI_UNIT[quantity], {word: _PREFIXES.get(word, 0) for word in seen}
     own = [unit for unit in seen if unit and is_unit_of(unit, quantity)]
     try:
         factor = asked_factor(written, quantity) if written else 0.0
@@ -166,6 +178,8 @@ def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict
     if not written and (len(own) < len(seen) or not own):
         return None
     # Of one unit in all cells that is not the written one, none is right.
+    if said and own == ["m"] == list(seen) and factor in (1.0, 1e-3):
+        return "", {"m": 0}
     if written and len(seen) == 1 and own and factor not in (1.0, lab_factor(own[0], quantity)):
         return None
     unit = "" if written else own[0] if len(own) == 1 else SI_UNIT[quantity]
