@@ -175,7 +175,7 @@ def _speaks_of_press(line: str) -> bool:
 
 # One sign over and over, or with blanks between, rules off what stands above from what stands below; a device acknowledges a
 # command. Signs of equality are a line of text, as they stand between two versions of a file that were put together.
-_SAYS_NOTHING = re.compile(r"([-*#_~+.–—])\1{2,}|(?:[-*#_~–—] )+[-*#_~–—]|[<>\[]*\s*(?:ok|ack)\s*[.!>\]]*", re.IGNORECASE)
+_SAYS_NOTHING = re.compile(r"([-*#_~+–—])\1{2,}|(?:[-*#_~–—] )+[-*#_~–—]|[<>\[]*\s*(?:ok|ack)\s*[.!>\]]*", re.IGNORECASE)
 
 
 def says_nothing(row: Sequence[str], width: int) -> bool:
@@ -186,6 +186,8 @@ def says_nothing(row: Sequence[str], width: int) -> bool:
     row : its cells.
     width : columns of the header.
     """
+    if row and row[0][:1].isdecimal():
+        return False  # nearly all rows
     there = [cell.strip() for cell in row if cell.strip()]
     return bool(there) and (len(there) == 1 or len(there) != width) and _SAYS_NOTHING.fullmatch(" ".join(there)) is not None
 

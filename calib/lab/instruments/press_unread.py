@@ -1,4 +1,4 @@
-"""From a record without a force, a place or a capacitance to notes on columns that may be one, and the options that read them."""
+"""From a record without a force, a place or a capacitance to notes on columns that may be it, and what to type."""
 
 from __future__ import annotations
 
