@@ -16,7 +16,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.together import unit_in
-from calib.lab.instruments.unit_cells import same_word_behind
+from calib.lab.instruments.unit_cells import same_word_behind, unit_behind_factor
 from calib.lab.instruments.unit_choice import written_unit
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand
@@ -29,6 +29,10 @@ _FEWEST, _SHARE = 3, 0.02
 _WITH_UNIT = re.compile(
     rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?"
     r"(?P<unit>[^\W\d_]{1,12}|[%‰])(?P<good> (?:ok|OK|Ok|good|valid|stable))?"
+)
+# A net or gross weight as balances print it, "N +     0.07 g": its sign stands apart.
+_OF_BALANCE = re.compile(
+    r"\s*(?P<said>N|G|NET|Net|Gross|GROSS|NT|GS)?\s*(?P<sign>[-+])\s*(?P<number>\d[\d.,]*)(?P<unit>\s*[^\W\d_]{0,4})\s*"
 )
 # What a meter says of a reading that is good, where no unit stands before it.
 _GOOD = ("ok", "good", "valid", "stable")
@@ -56,6 +60,13 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
+    for index, cells in enumerate(columns) if not sheet.text.typed else ():
+        if (weights := _of_balance(cells)) is not None:
+            columns[index] = weights
+            first = next(cell for cell in cells if cell.strip()).strip()
+            name = sheet.names[index] if index < len(sheet.names) else ""
+            notes.append(f'"{name}": the weights of a balance are read with the sign that stands apart, as in "{first}"')
+    sheet = replace(sheet, columns=tuple(columns), notes=tuple(notes))
     for index, heading in {**sheet.headings, **_by_cells(sheet)}.items():
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
@@ -84,6 +95,17 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
 
 
+def _of_balance(cells: Sequence[str]) -> list[str] | None:
+    """The cells with each sign at its number, where all are weights as balances print them; None of any others."""
+    first = next((match for cell in cells[:_SEEN] if cell.strip() and (match := _OF_BALANCE.fullmatch(cell)) is not None), None)
+    if first is None or not (first["said"] or first["sign"] + first["number"] not in first[0]):
+        return None
+    found = [_OF_BALANCE.fullmatch(cell) if cell.strip() else None for cell in cells]
+    if any(match is None or match["said"] != first["said"] for match, cell in zip(found, cells, strict=True) if cell.strip()):
+        return None
+    return [f"{match['sign']}{match['number']}{match['unit']}" if match is not None else "" for match in found]
+
+
 def _by_cells(sheet: Sheet) -> dict[int, Heading]:
     """The columns whose names are understood by the unit that stands in their cells, or are a letter."""
     found: dict[int, Heading] = {}
@@ -91,7 +113,9 @@ def _by_cells(sheet: Sheet) -> dict[int, Heading]:
         if not name or sheet.text.typed or {index} & {*sheet.assigned, *sheet.set_aside} or sheet.unit_below(index):
             continue
         first = next((match for cell in sheet.columns[index][:_SEEN] if (match := _WITH_UNIT.fullmatch(cell.strip()))), None)
-        unit = first["unit"] if first is not None else ""
+        unit = (
+            first["unit"] if first is not None else unit_behind_factor(sheet.columns[index][0] if sheet.columns[index] else "")
+        )
         of = next((quantity for quantity in RECORDED if unit and is_unit_of(unit, quantity)), "")
         heading = understand(name, unit) if of else None
         if unit in _OF_FARAD and understand(name) is None and (symbol := understand(name, "F")) is not None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import SPECIMEN
-from calib.lab.instruments.brackets import no_record, usual_case
+from calib.lab.instruments.brackets import is_letter, no_record, usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.lines import not_read
@@ -169,7 +169,8 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     )
     if not (above and is_plain) and named:
         return None
-    if not any(names) and not listed and not above and any(units):
+    by_number = any(map(str.isdecimal, reading.columns.values()))
+    if not any(names) and not listed and not above and any(units) and not by_number:
         return None  # numbers with their units alone
     own = listed or (above[1] if above else names)
     called = [
@@ -337,6 +338,8 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
         following = behind
         if key is not None and looks_like_unit(key["unit"]):
             unit, following = key["unit"], behind[key.end() :]
+        elif _is_symbol_of_next(behind, form.literals[k + 2 : k + 3]):
+            following = behind
         elif found is not None and looks_like_unit(usual_case("", found["unit"])) and not _OF_NAME.match(behind, found.end()):
             unit, following = found["unit"], behind[found.end() :]
         elif glued is not None and glued.end() == len(behind.split(" ")[0].rstrip(",;)]}")):
@@ -346,6 +349,13 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
         units.append(unit)
         rest = following
     return names, units
+
+
+def _is_symbol_of_next(between: str, behind: Sequence[str]) -> bool:
+    """Whether a letter between two numbers is the symbol of the second, by the unit behind that: "0.1 C 97.1 pF"."""
+    letter, found = between.strip(), _UNIT.match(behind[0]) if behind else None
+    heading = understand(letter, found["unit"]) if found is not None and is_letter(letter) else None
+    return heading is not None and found is not None and is_unit_of(found["unit"], heading.quantity)
 
 
 def _name_in(before: str, unit: str) -> str:
