@@ -30,6 +30,10 @@ _WITH_UNIT = re.compile(
     rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?"
     r"(?P<unit>[^\W\d_]{1,12}|[%‰])(?P<good> (?:ok|OK|Ok|good|valid|stable))?"
 )
+# A number and how far it may be off: "97.000 ± 0.002"; and the name of its column before a number: "CP 9.7E-11".
+_READING = rf"(?P<number>[{SIGNS}]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][{SIGNS}]?\d+)?)"
+_OFF_BY = re.compile(rf"{_READING}\s?(?:±|\+/-)\s?\d[\d.,]*(?:[eE][{SIGNS}]?\d+)?")
+_NAMED = re.compile(rf"(?P<name>[^\W\d_]{{1,5}})\s*[ =:]\s*{_READING}")
 # A net or gross weight as balances print it, "N +     0.07 g": its sign stands apart.
 _OF_BALANCE = re.compile(
     r"\s*(?P<said>N|G|NET|Net|Gross|GROSS|NT|GS)?\s*(?P<sign>[-+])\s*(?P<number>\d[\d.,]*)(?P<unit>\s*[^\W\d_]{0,4})\s*"
@@ -61,6 +65,9 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
     for index, cells in enumerate(columns) if not sheet.text.typed else ():
+        if (plain := _without_beside(cells, sheet.names[index] if index < len(sheet.names) else "")) is not None:
+            columns[index], what = plain
+            notes.append(f'"{sheet.names[index]}": {what} each number is passed by')
         if (weights := _of_balance(cells)) is not None:
             columns[index] = weights
             first = next(cell for cell in cells if cell.strip()).strip()
@@ -93,6 +100,25 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
                 notes.append(f'"{name}" has no unit: the time is taken as {_WORDS[unit]} since 1970, which its numbers count')
     below = tuple(units.get(index, "") for index in range(len(sheet.names))) if any(units.values()) else sheet.units
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
+
+
+def _without_beside(cells: Sequence[str], name: str) -> tuple[list[str], str] | None:
+    """The cells without how far each may be off, or without the name of the column before each, and what that is; else None."""
+    first = next((cell.strip() for cell in cells[:_SEEN] if cell.strip()), "")
+    form = next((form for form in (_OFF_BY, _NAMED) if form.fullmatch(first) is not None), None)
+    if form is None:
+        return None
+    found = [form.fullmatch(cell.strip()) for cell in cells]
+    others = [cell for cell, match in zip(cells, found, strict=True) if match is None]
+    if not all(is_missing(cell) or is_over_range(cell) for cell in others):
+        return None
+    plain = [cell if match is None else match["number"] for cell, match in zip(cells, found, strict=True)]
+    if form is _OFF_BY:
+        return plain, "how far it may be off behind"
+    words = {match["name"].lower() for match in found if match is not None}
+    headings = [understand(word) for word in (*words, name)]
+    alike = len(words) == 1 and None not in headings and len({h.quantity for h in headings if h is not None}) == 1
+    return (plain, f'the name "{words.pop()}" before') if alike else None
 
 
 def _of_balance(cells: Sequence[str]) -> list[str] | None:

@@ -83,6 +83,7 @@ _WITHIN, _OF_WORDS = 3, re.compile(r"[^\W\d_]")
 _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
+_OF_MATHEMATICA = re.compile(r"(?<=[\d.])\*\^(?=[+-]?\d{1,3}(?![\w.]))")
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 # So many of its letters are looked at before all are.
 _LETTERS = 1000
@@ -249,6 +250,10 @@ def read_lab_text(path: Path) -> LabText:
         shown = re.split(r"[^\w.,+-]", text[max(0, first.start() - 20) : first.end() + 3])[-1]
         fortran = (f'exponents as Fortran writes them are read, as in "{shown}"',)
         text = _FORTRAN.sub("E", text)
+    if "*^" in text and (first := _OF_MATHEMATICA.search(text)) is not None:
+        line = text.count("\n", 0, first.start()) + 1
+        fortran = (*fortran, f"exponents as Mathematica writes them, *^, are read as those of ten, the first in line {line}")
+        text = _OF_MATHEMATICA.sub("e", text)
     if any(blank in text for blank in _HARD_BLANKS):
         text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)

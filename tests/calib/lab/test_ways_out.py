@@ -113,3 +113,42 @@ def test_a_factor_behind_numbers_is_passed_by_once_the_unit_is_said(tmp_path: Pa
     lines = [f"t={t}s d={x}mm F={100 * f:.2f} x10mN" for t, x, f, _ in ROWS]
     refusal(tmp_path, lines)
     agree(read(tmp_path, lines, Reading(units={"force": "10 mN"})), "time", "displacement", "force")
+
+
+@pytest.mark.parametrize("cell", ["{c} ± 0.002", "{c}±0.002", "{c} +/- 2e-3"])
+def test_how_far_readings_may_be_off_is_passed_by_with_a_note(tmp_path: Path, cell: str) -> None:
+    table = read(tmp_path, ["t/s,C / pF", *(f"{t}," + cell.format(c=c) for t, _, _, c in ROWS)])
+    agree(table, "time", "capacitance")
+    assert any("how far it may be off behind each number is passed by" in note for note in table.notes)
+
+
+def test_a_tolerance_in_some_cells_alone_is_refused(tmp_path: Path) -> None:
+    rows = [f"{t},{c}" + (" ± 0.002" if k % 3 == 0 else "") for k, (t, _, _, c) in enumerate(ROWS)]
+    assert "is not a number" in str(refusal(tmp_path, ["t/s,C / pF", *rows]))
+
+
+def test_the_name_of_the_column_before_each_number_is_passed_by(tmp_path: Path) -> None:
+    rows = [f"{1000 * t:.0f},0,CP {c}E-12,D 0.0012,0" for t, _, _, c in ROWS]
+    said = Reading(units={"capacitance": "F"})
+    agree(read(tmp_path, ["time_ms,status,Cp,D,judge", *rows], said), "time", "capacitance")
+    error = refusal(tmp_path, ["time_ms,status,Cp,D,judge", *(row.replace("CP", "LS") for row in rows)], said)
+    assert '"LS 97.3' in str(error)
+
+
+def test_exponents_of_mathematica_are_read_with_a_note(tmp_path: Path) -> None:
+    table = read(tmp_path, ["t/s,d/mm,F/N", *(f"{t},{x},{1000 * f:.4f}*^-3" for t, x, f, _ in ROWS)])
+    agree(table, "time", "displacement", "force")
+    assert any("Mathematica" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("before", ["msg.header.stamp.", "header.stamp.", "rig_stamp_", ""])
+def test_seconds_and_their_parts_under_one_prefix_are_put_together(tmp_path: Path, before: str) -> None:
+    rows = [f"{1773324322 + int(t)},{round(t % 1 * 1e9)},{x},{f}" for t, x, f, _ in ROWS]
+    table = read(tmp_path, [f"{before}secs,{before}nsecs,z_mm,F_N", *rows])
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=1e-6)
+
+
+def test_hours_minutes_seconds_and_milliseconds_are_one_time(tmp_path: Path) -> None:
+    rows = [f"14,{5 + int(t + 58) // 60},{int(t + 58) % 60},{round(t % 1 * 1000)},{x},{f}" for t, x, f, _ in ROWS]
+    table = read(tmp_path, ["h,m,s,ms,z_mm,F_N", *rows])
+    np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=1e-6)
