@@ -12,6 +12,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 _OF_WIKI = re.compile(r"\s*(?:\{\||\|\}|\|-|\|\+)")
 # A row of an array as Python prints it: "[[ 0.0 0.1]", "[0.0, 0.1],".
 _OF_ARRAY = re.compile(r"\s*\[{1,2}(?P<cells>[^\[\]]*)\]{1,2}[,;)]*\s*")
+_LETTERS = re.compile(r"[^\W\d_]+")
 # What may stand before names: "columns: t [s], F [N]".
 _SAYS_COLUMNS = re.compile(
     r"\s*[#%/]*\s*(?:columns?|fields?|header|names|spalten|colonnes|columnas|colonne)\s*[:=]\s*", re.IGNORECASE
@@ -54,6 +55,9 @@ def of_array(lines: Sequence[str]) -> list[str]:
     first = next((k for k, row in enumerate(rows) if row), len(lines))
     below = [row for line, row in zip(lines[first:], rows[first:], strict=True) if line.strip()]
     if sum(map(bool, below)) < max(_FEWEST, _NEARLY_ALL * len(below)):
+        return []
+    # Without names above each row is a line of one form, whose numbers are asked for.
+    if not any(len(_LETTERS.findall(line)) >= len(rows[first]) for line in lines[:first]):
         return []
     bare = [" ".join(row) if row else line for line, row in zip(lines, rows, strict=True)]
     return [_SAYS_COLUMNS.sub("", line) if k < first else line for k, line in enumerate(bare)]

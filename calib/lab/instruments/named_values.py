@@ -52,6 +52,8 @@ _UNIT_LINE = re.compile(
 _ABOVE, _FEWEST = 20, 5
 # Values that are named in every line of a log with a slower channel, one of them the first.
 _FEWEST_ALWAYS = 2
+# Lines in which such a channel is missing at least, as a share; in fewer its value may be lost.
+_SHARE_MISSING = 0.1
 # Lines that show whether they name one value or several in turn.
 _LOOKED_AT = 200
 # Letters of a line that says units.
@@ -140,7 +142,9 @@ def _of_each_line(text: LabText) -> _Found | None:
         raise InputError(fault)
     # A slower channel is named in some of the lines alone, the others in all.
     names = max((own for own in named if _are_among(names, own)), key=len, default=[])
-    always = [name for name in names if all(name in own for own in named if own)]
+    there = [own for own in named if own]
+    missing = {name: sum(name not in own for own in there) for name in names}
+    always = [name for name in names if missing[name] < max(_FEWEST, _SHARE_MISSING * len(there))]
     if len(named) < _FEWEST or not all(_are_among(own, names) for own in named[:_FEWEST]):
         return None
     if len(always) < len(names) and (len(always) < _FEWEST_ALWAYS or always[0] != names[0]):

@@ -53,7 +53,7 @@ def test_a_printed_array_is_read_without_its_brackets(tmp_path: Path, head: str,
 
 def test_a_printed_array_without_names_is_asked_for_them(tmp_path: Path) -> None:
     lines = ["data = [", *(f"[{t}, {x}, {f}]," for t, x, f in ROWS), "]"]
-    with pytest.raises(InputError, match="no header"):
+    with pytest.raises(InputError, match="of one form"):
         read(tmp_path, lines)
     is_press(read(tmp_path, lines, SAID))
 

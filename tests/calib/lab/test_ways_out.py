@@ -152,3 +152,16 @@ def test_hours_minutes_seconds_and_milliseconds_are_one_time(tmp_path: Path) -> 
     rows = [f"14,{5 + int(t + 58) // 60},{int(t + 58) % 60},{round(t % 1 * 1000)},{x},{f}" for t, x, f, _ in ROWS]
     table = read(tmp_path, ["h,m,s,ms,z_mm,F_N", *rows])
     np.testing.assert_allclose(np.diff(table.columns["time"]), 0.1, atol=1e-6)
+
+
+@pytest.mark.parametrize("before", ["T+{t}s: ", "t+{t} s: ", "t + {t} s "])
+def test_a_time_behind_t_and_a_plus_is_the_one_since_the_start(tmp_path: Path, before: str) -> None:
+    table = read(tmp_path, [f"{before.format(t=t)}F={f} N, z={x} mm" for t, x, f, _ in ROWS])
+    agree(table, "time", "displacement", "force")
+
+
+def test_a_number_filled_up_with_blanks_in_brackets_is_asked_for_its_meaning(tmp_path: Path) -> None:
+    lines = [f"[{t:12.6f}] C: {c} pF" for t, _, _, c in ROWS]
+    error = refusal(tmp_path, lines)
+    assert "--columns time=1 --units time=s" in error.faults[0].advice
+    agree(read(tmp_path, lines, Reading(columns={"time": "1"}, units={"time": "s"})), "time", "capacitance")
