@@ -29,7 +29,7 @@ _LETTER_OF = re.compile(r"(?P<letter>[^\W\d_])[_ .-](?P<word>[^\W\d_]{3,}(?:[_ .
 # Words behind such a letter that make it no reading along the axis, or no reading.
 _NO_READINGS = re.compile(r"ref|err(?:or)?|resid(?:ual)?|tan|tang|lat|fric|norm|start|end|init|null|zero|hold|lim|off|rel")
 # What an approach or a displacement along the axis is called in formulas, which elsewhere is a change or of another axis.
-_OF_FORMULAS = {"displacement": ("delta", "δ", "u_z", "w_z", "d_z", "delta_z")}
+_OF_FORMULAS = {"displacement": ("delta", "δ", "u_z", "w_z", "d_z", "delta_z", "uz", "wz")}
 # A change, "dCp", and a difference of capacitances, "Kap - Ref", "Cmeas-Cref": as those with a Greek letter.
 _CHANGE = re.compile(r"d[A-Z].*")
 _DIFFERENCE = re.compile(r"\s-\s|\bC\w*-C", re.IGNORECASE)

@@ -27,6 +27,8 @@ from calib.lab.instruments.lines import (
     n_named,
     n_needed,
     not_read,
+    passed_over,
+    says_nothing,
     short_rows,
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
@@ -181,6 +183,7 @@ def _blocks(
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
+    passed: list[int] = []
     run_on: list[int] = []  # indices of lines across which clock and press run on
     below: list[str] = []
     unread: list[Unread] = []
@@ -190,6 +193,9 @@ def _blocks(
     head = _of_a_head(rows, [kind_of_line(row, header, keys, len(names)) for row in rows[:_LONGEST_HEAD]])
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
+            continue
+        if says_nothing(row, len(names)):
+            passed.append(start + i)
             continue
         of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(" ".join(row).split())) is not None
         kind = "text" if i < head or of_page else kind_of_line(row, header, keys, len(names))
@@ -272,7 +278,7 @@ def _blocks(
         shown = f'"{text.lines[run_on[0]].strip()[:80]}" in line {run_on[0] + 1}'
         others = f" and {len(run_on) - 1} more line(s) are taken for remarks" if len(run_on) > 1 else " is taken for a remark"
         below.append(f"{shown}{others}: time goes on across it at its pace, and so do the readings")
-    return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+    return blocks, [*left_out(sheet, lines), *passed_over(sheet, passed), *below], [*not_read(sheet, lines, "text"), *unread]
 
 
 def _runs_on(sheet: Sheet, rows: list[list[str]], line: str, above: Sequence[int], first: int) -> bool:
@@ -697,6 +703,10 @@ def _all_options(sheet: Sheet, widest: int) -> str:
     return " ".join(said.values()) or "--columns force=... --units force=..."
 
 
+# A line of one cell among rows of several, as a count below them, is left out as a row that lacks cells is, if few are.
+_FEW_LONE, _SHARE_LONE = 3, 0.01
+
+
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
     named = n_needed(sheet)
@@ -734,6 +744,8 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 + ("; if the decimal mark is a comma, export with semicolons between the columns" * (sheet.delimiter == ",")),
             )
         )
+    lone = sum(len(row) == 1 for row in rows)
+    passed = lone if lone <= max(_FEW_LONE, int(_SHARE_LONE * len(rows))) else 0
     for row, line in zip(rows, lines.tolist(), strict=True):
         if len(row) > width and any(c.strip() for c in row[width:]):
             if _fits_once_moved(row, width):
@@ -762,14 +774,15 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
             faults.append(
                 Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
             )
-        elif sheet.delimiter == " " and len(row) < width:
+        elif sheet.delimiter == " " and len(row) < width and not (passed and len(row) == 1):
             # Blanks cannot hold an empty cell's place.
             faults.append(
                 Fault(
                     f"the row has {len(row)} cells between blanks, the header has {width}",
                     sheet.text.path,
                     line,
-                    advice="Export with semicolons or tabs between the columns",
+                    advice="Remove the line if it is none of the readings; if a cell is missing, export with semicolons or "
+                    "tabs between the columns",
                 )
             )
     if faults and sheet.delimiter == " " and len(faults) == 1 and lines[-1] == faults[0].line and not sheet.text.ended:

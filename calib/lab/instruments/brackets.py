@@ -51,7 +51,9 @@ BALL = (
     rf"(?:[Øø⌀]\s?)?\d+(?:[.,]\d+)?[\s_-]?mm[\s_-]?(?:{_BALLS})|"
     rf"(?:{_BALLS})[\s_-]?(?:[Øø⌀]\s?|[dr]\s?=?\s?)?\d+(?:[.,]\d+)?[\s_-]?mm"
 )
-_WITH_BALL = re.compile(rf"(?P<before>[^()\[\]]*[^\W\d_])[\s_,;-]+(?P<ball>{BALL})(?P<behind>\s*[(\[].*)", re.IGNORECASE)
+_WITH_BALL = re.compile(
+    rf"(?P<before>[^()\[\]]*[^\W\d_])[\s_,;-]+(?P<ball>{BALL})(?P<behind>\s*[(\[].*|_[^\W\d_]+)", re.IGNORECASE
+)
 # What MATLAB makes of "Force (N)" as a name of a variable: "Force_N_"; where "Load_10_N_" has a stroke a factor may have been.
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
 # "time_in_s", "force_in_mN": as people write "force in mN" for a program.
@@ -82,7 +84,7 @@ _PARTS_OF_UNIT = re.compile(
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
     r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
-    r"\b(?:div|gain|mult)(?![^\W\d_])[\s:=]*)\s*"
+    r"\b(?:div(?:\.|ided)?(?:\sby)?|gain|mult(?:\.|iplied)?(?:\sby)?)(?![^\W\d_])[\s:=]*)\s*"
     r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
@@ -92,7 +94,8 @@ _RATIO = re.compile(r"(?<![\w.:/])(?!(\d+)\s?:\s?\1(?!\d))[1-9]\d*\s?:\s?[1-9]\d
 # The same before a name; "2 Load" is a channel, "10 N cell" a cell of that reach.
 _LEADING = re.compile(
     r"\s*(?:(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])|(?!1\s*[x×*·])\d+(?:[.,]\d+)?(?:e[+-]?\d+|\s?(?:\^|\*\*)\s?[+-]?\d+)?"
-    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+)))",
+    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+))|"
+    r"(?!1[^\d.,])\d+(?:[.,]\d+)?(?=(?-i:[FPLC])\s?[(\[]))",
     re.IGNORECASE,
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
@@ -118,7 +121,8 @@ _REACH_ALONE = re.compile(
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
     r"(?:[kM]?Hz|m?V(?:\s?(?:rms|eff|pp|p-p|ac|dc))?)(?![^\W_])|"
-    r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])"
+    r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])|"
+    r"\d+(?:[.,]\d+)?\s?[pnuµμm]?F[\s_-](?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)(?![^\W_])"
 )
 _ALL_ONE = re.compile(_ONE, re.IGNORECASE)
 _OF = r"(?:@|at\s|bei\s|mit\s|à\s|a\s|à une fréquence de\s|con\s|przy\s|bij\s|vid\s|ved\s|em\s|при\s)"
@@ -129,6 +133,7 @@ _CONDITIONS = re.compile(
 # "filtered 10 Hz", "10 Hz low pass": the frequency is none that the readings are of.
 _FILTERED = re.compile(
     r"\b(?:filter(?:ed)?|low-?pass(?:ed)?|gefiltert)[\s,:@]*(?:at\s)?\d+(?:[.,]\d+)?\s*k?Hz\b|"
+    r"(?<![^\W_])lp[\s_]?\d+(?:[.,]\d+)?\s?k?Hz(?![^\W_])|"
     r"(?<![\w.,])\d+(?:[.,]\d+)?\s*k?Hz[\s-](?:low[\s-]?pass|tiefpass|filter)(?:ed|[\s-]?filter)?(?![^\W_])",
     re.IGNORECASE,
 )
@@ -169,6 +174,8 @@ _CONDITION_WITHIN = re.compile(
     rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
     re.IGNORECASE,
 )
+# The same with its unit in brackets of its own: "Force (N) at 23 (°C)", "Cp (pF) at 1 (kHz)".
+_UNIT_APART = re.compile(rf"(?P<at>(?:{_AT})\s*{_NUMBER})\s?[(\[]\s?(?P<unit>[^()\[\]\s]{{1,8}})\s?[)\]]", re.IGNORECASE)
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
 # Minutes with seconds behind a comma, which is the decimal mark elsewhere: "(min,s)".
@@ -244,6 +251,7 @@ def tidy(cell: str) -> str:
         return cell
     cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
     cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
+    cell = _UNIT_APART.sub(_with_its_unit, cell)
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
     of_tool = _OF_TOOL.fullmatch(cell)
     if of_tool is not None:
@@ -267,7 +275,7 @@ def tidy(cell: str) -> str:
         return tidy(f"{cell[: circuit.start()]} ({circuit[1]}){cell[circuit.end() :]}")
     with_ball = _WITH_BALL.fullmatch(cell)
     if with_ball is not None:
-        return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball']})")
+        return tidy(f"{with_ball['before']}{with_ball['behind']} ({with_ball['ball'].replace('_', ' ')})")
     if small := unit_of_small_letters(cell):
         return f"{cell[: -len(small)]}{small}"
     of_power = _OVER_POWER.fullmatch(cell)
@@ -291,6 +299,13 @@ def tidy(cell: str) -> str:
     cell = _REMARK_BEHIND.sub(r"\g<before> (\g<remark>)", cell) if _REMARK_BEHIND.fullmatch(cell) else cell
     cell = _SYMBOL_OF_CIRCUIT.sub(r"\1\2", cell)
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
+
+
+def _with_its_unit(match: re.Match[str]) -> str:
+    """A condition of the measurement with its unit behind its number; what is none as it stands."""
+    whole = f"{match['at']} {match['unit']}"
+    alone = re.sub(r"^[^\d+-]+", "", whole)
+    return whole if _CONDITION.fullmatch(whole) or _ALL_ONE.fullmatch(alone) else match[0]
 
 
 def _plain_symbol(match: re.Match[str]) -> str:

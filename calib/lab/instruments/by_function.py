@@ -14,8 +14,8 @@ _NAMES = tuple(
 )
 _FUNCTION = re.compile(
     r"[\s#%\"';,]*(?:(?:test|meas\w*|mess|lcr|display)[ _-]?)?"
-    r"(?:func(?:tion)?|funktion|mode|param\w*|measur\w*|fonction|función)\b[^\w]+"
-    r"(?P<first>c[ps])\s*[-/–,]\s*(?P<second>d|q|rs|rp|g|esr)\b[\W]*",
+    r"(?:func(?:tion)?|funktion|mode|param\w*|measur\w*|fonction|función)(?:[ _-]?type)?\b[^\w]+"
+    r"(?P<first>c[ps])(?:\s*[-/–,]\s*(?P<second>d|q|rs|rp|g|esr)\b)?[\W]*",
     re.IGNORECASE,
 )
 _HOLDS = {"cp": "capacitance", "cs": "capacitance_series", "d": "dissipation", "q": "quality"}
@@ -40,12 +40,12 @@ def by_function(names: Sequence[str], below: Sequence[str], above: Sequence[str]
     if len(places[0]) != 1 or len(places[1]) > 1:
         return {}
     said = [(match, line) for line in above[-_WITHIN:] if (match := _FUNCTION.fullmatch(line)) is not None]
-    if len({(match["first"].lower(), match["second"].lower()) for match, _ in said}) != 1:
+    if len({(match["first"].lower(), (match["second"] or "").lower()) for match, _ in said}) != 1:
         return {}
     match, line = said[0]
     found: dict[int, tuple[Heading, str]] = {}
     for place, letters in zip(places, (match["first"], match["second"]), strict=True):
-        quantity = _HOLDS.get(letters.lower())
+        quantity = _HOLDS.get((letters or "").lower())
         if quantity is None:
             continue
         for index in place:

@@ -16,7 +16,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.together import unit_in
-from calib.lab.instruments.unit_cells import same_word_behind
+from calib.lab.instruments.unit_cells import same_word_behind, unit_behind_factor
 from calib.lab.instruments.unit_choice import written_unit
 from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand
@@ -30,8 +30,18 @@ _WITH_UNIT = re.compile(
     rf"(?P<number>[{SIGNS}]?[\d.,{SPACES}]*\d[.,]?(?:[eE][{SIGNS}]?\d+)?) ?"
     r"(?P<unit>[^\W\d_]{1,12}|[%‰])(?P<good> (?:ok|OK|Ok|good|valid|stable))?"
 )
+# A number and how far it may be off: "97.000 ± 0.002"; and the name of its column before a number: "CP 9.7E-11".
+_READING = rf"(?P<number>[{SIGNS}]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][{SIGNS}]?\d+)?)"
+_OFF_BY = re.compile(rf"{_READING}\s?(?:±|\+/-)\s?\d[\d.,]*(?:[eE][{SIGNS}]?\d+)?")
+_NAMED = re.compile(rf"(?P<name>[^\W\d_]{{1,5}})\s*[ =:]\s*{_READING}")
+# A net or gross weight as balances print it, "N +     0.07 g": its sign stands apart.
+_OF_BALANCE = re.compile(
+    r"\s*(?P<said>N|G|NET|Net|Gross|GROSS|NT|GS)?\s*(?P<sign>[-+])\s*(?P<number>\d[\d.,]*)(?P<unit>\s*[^\W\d_]{0,4})\s*"
+)
 # What a meter says of a reading that is good, where no unit stands before it.
 _GOOD = ("ok", "good", "valid", "stable")
+# Prefixes that stand alone behind a number, as engineers write it: "97.0p", of a capacitance and what has no unit but one.
+_OF_FARAD, _OF_ONE_UNIT = "fpnuµμ", ("capacitance", "capacitance_series", "dissipation", "quality", "frequency")
 _PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6}
 # Seconds since 1970 of the years 2010 to 2036, the units in which they are counted, and the steps of a press [s]: a counter
 # of milliseconds since the logger was switched on would go in larger ones if it were seconds.
@@ -54,6 +64,16 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
+    for index, cells in enumerate(columns) if not sheet.text.typed else ():
+        if (plain := _without_beside(cells, sheet.names[index] if index < len(sheet.names) else "")) is not None:
+            columns[index], what = plain
+            notes.append(f'"{sheet.names[index]}": {what} each number is passed by')
+        if (weights := _of_balance(cells)) is not None:
+            columns[index] = weights
+            first = next(cell for cell in cells if cell.strip()).strip()
+            name = sheet.names[index] if index < len(sheet.names) else ""
+            notes.append(f'"{name}": the weights of a balance are read with the sign that stands apart, as in "{first}"')
+    sheet = replace(sheet, columns=tuple(columns), notes=tuple(notes))
     for index, heading in {**sheet.headings, **_by_cells(sheet)}.items():
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
@@ -61,7 +81,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
         if not sheet.text.typed:
-            found = _without_units(columns[index], heading, asked or written)
+            found = _without_units(columns[index], heading, asked or written, said=bool(asked))
             passed = same_word_behind(columns[index]) if found is None and asked else ""
             if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
                 columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
@@ -82,6 +102,36 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     return replace(sheet, columns=tuple(columns), units=below, notes=tuple(notes))
 
 
+def _without_beside(cells: Sequence[str], name: str) -> tuple[list[str], str] | None:
+    """The cells without how far each may be off, or without the name of the column before each, and what that is; else None."""
+    first = next((cell.strip() for cell in cells[:_SEEN] if cell.strip()), "")
+    form = next((form for form in (_OFF_BY, _NAMED) if form.fullmatch(first) is not None), None)
+    if form is None:
+        return None
+    found = [form.fullmatch(cell.strip()) for cell in cells]
+    others = [cell for cell, match in zip(cells, found, strict=True) if match is None]
+    if not all(is_missing(cell) or is_over_range(cell) for cell in others):
+        return None
+    plain = [cell if match is None else match["number"] for cell, match in zip(cells, found, strict=True)]
+    if form is _OFF_BY:
+        return plain, "how far it may be off behind"
+    words = {match["name"].lower() for match in found if match is not None}
+    headings = [understand(word) for word in (*words, name)]
+    alike = len(words) == 1 and None not in headings and len({h.quantity for h in headings if h is not None}) == 1
+    return (plain, f'the name "{words.pop()}" before') if alike else None
+
+
+def _of_balance(cells: Sequence[str]) -> list[str] | None:
+    """The cells with each sign at its number, where all are weights as balances print them; None of any others."""
+    first = next((match for cell in cells[:_SEEN] if cell.strip() and (match := _OF_BALANCE.fullmatch(cell)) is not None), None)
+    if first is None or not (first["said"] or first["sign"] + first["number"] not in first[0]):
+        return None
+    found = [_OF_BALANCE.fullmatch(cell) if cell.strip() else None for cell in cells]
+    if any(match is None or match["said"] != first["said"] for match, cell in zip(found, cells, strict=True) if cell.strip()):
+        return None
+    return [f"{match['sign']}{match['number']}{match['unit']}" if match is not None else "" for match in found]
+
+
 def _by_cells(sheet: Sheet) -> dict[int, Heading]:
     """The columns whose names are understood by the unit that stands in their cells, or are a letter."""
     found: dict[int, Heading] = {}
@@ -89,9 +139,14 @@ def _by_cells(sheet: Sheet) -> dict[int, Heading]:
         if not name or sheet.text.typed or {index} & {*sheet.assigned, *sheet.set_aside} or sheet.unit_below(index):
             continue
         first = next((match for cell in sheet.columns[index][:_SEEN] if (match := _WITH_UNIT.fullmatch(cell.strip()))), None)
-        unit = first["unit"] if first is not None else ""
+        unit = (
+            first["unit"] if first is not None else unit_behind_factor(sheet.columns[index][0] if sheet.columns[index] else "")
+        )
         of = next((quantity for quantity in RECORDED if unit and is_unit_of(unit, quantity)), "")
         heading = understand(name, unit) if of else None
+        if unit in _OF_FARAD and understand(name) is None and (symbol := understand(name, "F")) is not None:
+            found |= {index: symbol} if symbol.quantity == "capacitance" else {}
+            continue
         # A word that is not understood may be a setting, "1 nF" of a range.
         if of and understand(name) is None and unit_in(name) in ("", name) and (heading is not None or len(name) == 1):
             found[index] = heading if heading is not None else heading_as(of, name, unit)
@@ -114,7 +169,9 @@ def _enough(n_cell: int) -> float:
 _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 
-def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tuple[list[str], str, list[str]] | None:
+def _without_units(
+    cells: Sequence[str], heading: Heading, written: str, *, said: bool
+) -> tuple[list[str], str, list[str]] | None:
     """The cells as numbers in one unit, that unit, "" where it is the written one, and the units that stand in cells.
 
     None if all are plain numbers, or one cannot be told.
@@ -136,7 +193,7 @@ def _without_units(cells: Sequence[str], heading: Heading, written: str) -> tupl
     if min(written_so.values()) < _enough(written_so.total()):
         return None
     seen = sorted({unit for _, unit in matches.values()})
-    powers = _powers(heading.quantity, seen, written)
+    powers = _powers(heading.quantity, seen, written, said=said)
     if powers is None:
         return None
     unit, power = powers
@@ -156,8 +213,13 @@ def _some_with_unit(cells: Sequence[str]) -> bool:
     return any(_WITH_UNIT.fullmatch(cells[r].strip()) for r in (not_numbers(cells, len(cells)) or [])[:_SEEN])
 
 
-def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict[str, int]] | None:
-    """The unit below the name, "" where one is written, and by which power of ten each unit in cells differs from it."""
+def _powers(quantity: str, seen: Sequence[str], written: str, *, said: bool) -> tuple[str, dict[str, int]] | None:
+    """The unit below the name, "" where one is written, and by which power of ten each unit in cells differs from it.
+
+    Where the user said the unit, "m" behind all numbers is milli of mm, and the metre of m.
+    """
+    if not written and quantity in _OF_ONE_UNIT and any(seen) and all(not word or word in _PREFIXES for word in seen):
+        return SI_UNIT[quantity], {word: _PREFIXES.get(word, 0) for word in seen}
     own = [unit for unit in seen if unit and is_unit_of(unit, quantity)]
     try:
         factor = asked_factor(written, quantity) if written else 0.0
@@ -166,6 +228,8 @@ def _powers(quantity: str, seen: Sequence[str], written: str) -> tuple[str, dict
     if not written and (len(own) < len(seen) or not own):
         return None
     # Of one unit in all cells that is not the written one, none is right.
+    if said and own == ["m"] == list(seen) and factor in (1.0, 1e-3):
+        return "", {"m": 0}
     if written and len(seen) == 1 and own and factor not in (1.0, lab_factor(own[0], quantity)):
         return None
     unit = "" if written else own[0] if len(own) == 1 else SI_UNIT[quantity]

@@ -580,7 +580,7 @@ def _how_to_give(sheet: Sheet, quantity: str, choice: ColumnChoice, reading: Rea
 
 def _but_of_a_meter(sheet: Sheet, needed: Sequence[str]) -> Sequence[str]:
     """The quantities that are needed, or the capacitance alone where columns are in a unit of it and none in one of a press."""
-    units = [unit for i in range(len(sheet.names)) if (unit := sheet.unit_written(i))]
+    units = [unit for i, name in enumerate(sheet.names) if (unit := sheet.unit_written(i)) and (unit != name or len(unit) > 1)]
     of_unit = {q for q in ("capacitance", "force", "displacement") if any(is_unit_of(unit, q) for unit in units)}
     return ("capacitance",) if of_unit == {"capacitance"} and "capacitance" in needed else needed
 

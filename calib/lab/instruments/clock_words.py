@@ -26,13 +26,31 @@ _MONTH_OF = {word: k for k, listed in enumerate(_MONTHS, 1) for word in listed.s
 _WORD = r"(?P<month>[^\W\d_]{3,10})\.?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d{{1,2}})\.?[- /]{_WORD}[- /,]\s*(?P<year>\d{{4}})(?!\d)")
 _MONTH_FIRST = re.compile(rf"{_WORD}[- ](?P<day>\d{{1,2}}),?[- ](?P<year>\d{{4}})(?!\d)")
-# As ctime and `date` write it: "Nov 20 14:03:07 2026", "Nov 20 02:03:07 PM CET 2026", "20. Nov 14:03:07 CET 2026".
-_ZONED = r"(?P<clock>[\d:.,]+(?:\s+[AP]M)?(?:\s+(?:[A-Z]{3,5}|[+-]\d{4}))?)\s+(?P<year>\d{4})$"
-_YEAR_LAST = re.compile(rf"{_WORD}\s+(?P<day>\d{{1,2}})\s+{_ZONED}")
-_DAY_FIRST_YEAR_LAST = re.compile(rf"(?P<day>\d{{1,2}})\.?\s+{_WORD}\s+{_ZONED}")
-# By the week or the day of the year: "2026-W10-3T10:00:00", "2026-063T10:00:00".
-_OF_WEEK = re.compile(r"(\d{4})-?W(\d{2})-?([1-7])[T ](.+)")
-_OF_YEAR = re.compile(r"(\d{4})-(\d{3})[T ](.+)")
+# As ctime writes it, "Nov 20 14:03:07 2026", and the program date, "Nov 20 14:03:07 UTC 2026", "20 Nov 14:03:07 CET 2026".
+_YEAR_LAST = re.compile(
+    rf"(?:{_WORD}\s+(?P<day>\d{{1,2}})|(?P<first>\d{{1,2}})\.?\s+(?P<name>[^\W\d_]{{3,10}})\.?)\s+"
+    r"(?P<clock>\d{1,2}:[\d:.,]+)(?:\s+(?P<half>[AP]M))?\s+(?:(?P<zone>[A-Z]{1,5}|[+-]\d\d:?\d\d)\s+)?(?P<year>\d{4})$"
+)
+# The offsets of zones by their letters, of those that are of one zone alone.
+_OFFSETS = {
+    zone: offset
+    for offset, zones in {
+        "+00:00": "UTC GMT Z WET",
+        "+01:00": "CET MEZ WEST",
+        "+02:00": "CEST MESZ EET",
+        "+03:00": "EEST MSK",
+        "+09:00": "JST KST",
+        "-04:00": "EDT",
+        "-05:00": "EST CDT",
+        "-06:00": "MDT",
+        "-07:00": "PDT",
+        "-08:00": "PST",
+    }.items()
+    for zone in zones.split()
+}
+# ISO 8601 by the week and its day, or the day of the year, before a time of day: "2026-W47-5T14:03:07", "2026-324T14:03:07".
+_OF_WEEK = re.compile(r"(?P<year>\d{4})-?W(?P<week>\d{2})-?(?P<day>[1-7])(?P<behind>[T ]\d{1,2}:\d.*|)")
+_OF_YEAR = re.compile(r"(?P<year>\d{4})-(?P<day>\d{3})(?P<behind>[T ]\d{1,2}:\d.*)")
 _WEEKDAY = re.compile(r"^[^\W\d_]{2,10}[.,]{0,2}\s+(?=\S)")
 _OF_EAST = (
     (re.compile(r"(\d{2,4})\s?[年년]\s?(\d{1,2})\s?[月월]\s?(\d{1,2})\s?[日일]"), r"\1-\2-\3 "),
@@ -82,10 +100,8 @@ def in_figures(cell: str) -> Figures:
     ('2026-11-20 14:03:07.2', '2026/11/20 2:03:07 PM')
     >>> in_figures("2026. 11. 20. 14:03:07,2").text, in_figures("20.11.2026 г.").text, in_figures("2026-11-20_14-03-07").text
     ('2026.11.20 14:03:07,2', '20.11.2026', '2026-11-20 14:03:07')
-    >>> in_figures("Wed Mar  4 10:00:00.25 CET 2026").text, in_figures("2026-W10-3T10:00:00").text
-    ('2026-03-04 10:00:00.25 CET', '2026-03-04 10:00:00')
-    >>> in_figures("2026-063T10:00:00").text, in_figures("Wed 04 Mar 2026 09:59:50 AM CET").text
-    ('2026-03-04 10:00:00', '2026-03-04 09:59:50 AM CET')
+    >>> [in_figures(cell).text for cell in ("Fri Nov 20 14:03:07 UTC 2026", "2026-W47-5T14:03:07", "2026-324 14:03")]
+    ['2026-11-20 14:03:07 +00:00', '2026-11-20T14:03:07', '2026-11-20 14:03']
     >>> in_figures("1 day, 0:00:01.5"), in_figures("PT75.5S").text, in_figures("Load")
     (Figures(text='1:00:00:01.5', spelled=True), '0:00:01:15.5', Figures(text='Load', spelled=False))
     """
@@ -98,18 +114,32 @@ def in_figures(cell: str) -> Figures:
         return Figures(of_files.expand(r"\1-\2-\3 \4:\5:\6"))
     if pointed is not None:
         return Figures(" ".join(["".join(pointed["date"].split()), *([pointed["clock"]] if pointed["clock"] else [])]))
-    if by_day := _by_day(cell):
-        return Figures(by_day)
     days = _DAYS_BEFORE.fullmatch(cell)
     if days is not None:
         return Figures(":".join(days.groups()), spelled=True)
-    if not any(c.isdecimal() for c in cell) or not any(c.isalpha() for c in cell):
+    if not any(c.isdecimal() for c in cell) or not (any(c.isalpha() for c in cell) or _OF_YEAR.fullmatch(cell)):
         return Figures(cell)
+    if (counted := _of_iso(cell)) is not None:
+        return Figures(counted)
     match = next((m for form in _DURATIONS if (m := form.fullmatch(cell)) is not None and any(m.groups())), None)
     if match is not None:
         return Figures(_duration(match), spelled=True)
     lettered = _LETTERED.fullmatch(cell)
     return Figures(":".join(lettered.groups()), spelled=True) if lettered is not None else Figures(_dated(cell))
+
+
+def _of_iso(cell: str) -> str | None:
+    """A date that counts weeks or the days of the year with its month and day; None of any other, and of a day that is none."""
+    week, of_year = _OF_WEEK.fullmatch(cell), _OF_YEAR.fullmatch(cell)
+    try:
+        if week is not None:
+            return f"{date.fromisocalendar(int(week['year']), int(week['week']), int(week['day']))}{week['behind']}"
+        if of_year is not None:
+            day = date(int(of_year["year"]), 1, 1) + timedelta(int(of_year["day"]) - 1)
+            return f"{day}{of_year['behind']}" if day.year == int(of_year["year"]) else None
+    except ValueError:
+        return None
+    return None
 
 
 def _duration(match: re.Match[str]) -> str:
@@ -137,30 +167,22 @@ def _dated(cell: str) -> str:
             text = " ".join(filter(None, [before, said, behind] if at_once else [before, behind, said]))
             break
     for whole in (text, _WEEKDAY.sub("", text)):
-        for form in (_DAY_FIRST, _MONTH_FIRST, _YEAR_LAST, _DAY_FIRST_YEAR_LAST):
+        for form in (_DAY_FIRST, _MONTH_FIRST, _YEAR_LAST):
             match = form.match(whole)
-            month = _month(match["month"]) if match is not None else 0
+            parts = match.groupdict() if match is not None else {}
+            month = _month(parts["month"] or parts.get("name") or "") if parts else 0
             if match is not None and month:
-                year_last = form in (_YEAR_LAST, _DAY_FIRST_YEAR_LAST)
-                clock = match["clock"] if year_last else whole[match.end() :].strip().lstrip(", ")
-                return f"{match['year']}-{month:02d}-{int(match['day']):02d} {clock}".strip()
+                clock = whole[match.end() :].strip().lstrip(", ")
+                if form is _YEAR_LAST:
+                    zone = parts["zone"] or ""
+                    clock = " ".join(
+                        part
+                        for part in (parts["clock"], parts["half"], _OFFSETS.get(zone, "" if zone.isalpha() else zone))
+                        if part
+                    )
+                return f"{parts['year']}-{month:02d}-{int(parts['day'] or parts['first']):02d} {clock}".strip()
     bare = _WEEKDAY.sub("", text)
     return bare if bare[:1].isdecimal() and any(mark in bare for mark in "-/.") and ":" in bare else text
-
-
-def _by_day(cell: str) -> str:
-    """A date by the day of the year, or of the week, as one by the month; "" if the cell holds none."""
-    of_week, of_year = _OF_WEEK.fullmatch(cell), _OF_YEAR.fullmatch(cell)
-    try:
-        if of_week is not None:
-            day = date.fromisocalendar(int(of_week[1]), int(of_week[2]), int(of_week[3]))
-            return f"{day.isoformat()} {of_week[4]}"
-        if of_year is not None and int(of_year[2]) > 0:
-            day = date(int(of_year[1]), 1, 1) + timedelta(days=int(of_year[2]) - 1)
-            return f"{day.isoformat()} {of_year[3]}" if day.year == int(of_year[1]) else ""
-    except (ValueError, OverflowError):
-        return ""
-    return ""
 
 
 def _month(word: str) -> int:

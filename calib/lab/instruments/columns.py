@@ -30,7 +30,7 @@ from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_r
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.level_told import level_told
 from calib.lab.instruments.lexicon import COMPARED
-from calib.lab.instruments.long_form import one_reading_a_row
+from calib.lab.instruments.long_form import never_together, one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
@@ -278,7 +278,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             values["force"] = np.where(values["force"] == 0, 0.0, values["force"] * sense.signs)
             for r in np.flatnonzero(np.isnan(sense.signs) & np.isnan(values["force"])).tolist():
                 _append(reasons, r, f'"{sheet.names[sense.index]}" does not say which sign the load has')
-    faults += several_records(sheet, keyed, values)
+    faults += several_records(sheet, keyed, values) or never_together(
+        sheet, places, values, decimal=notation.decimal, clock=any(c.clock for c in columns if c.quantity == "time")
+    )
     notes += keys_in_turn(sheet, keyed) if not faults else ()
     if "time" not in choice.chosen and "time" not in reading.columns:
         notes += [note] if (note := note_on_time(sheet, places.values(), unread)) else []

@@ -133,7 +133,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         above = (*above, f'all names in line {header + 1} begin with "{words[0]}", which is passed by')
     elif written[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
-    elif 2 * len(names) == len(written):
+    elif names == [f"{name} ({unit})" for name, unit in zip(written[::2], written[1::2], strict=False)]:
         above = (*above, f"in line {header + 1} the unit of each column stands in a cell of its own behind its name")
     if listed is None and written != names and plain_names(written) == names:
         above = (*above, f'the names in line {header + 1} are taken without what is written around each: "{written[0]}"')

@@ -86,8 +86,41 @@ def capacitance_log(sheet: Sheet) -> str:
     return f"{where} {', '.join(names)}"
 
 
+# What may stand before the name of a maker: nothing, the word of a setting with its mark, what was done with it.
+_KEY = re.compile(
+    r"[^\w]*(?:[^\W\d_][\w ./()-]{0,30}[:=,;\t|][^\w]*)?"
+    r"(?:(?:exported|created|generated|written|recorded|measured|logged|taken|made)\s+(?:by|with|from|on|in)\s+)?(?:the\s+)?",
+    re.IGNORECASE,
+)
+# Words of a sentence that does not say whose file it is, or says that it is another's.
+_OF_A_REMARK = re.compile(
+    r"\b(?:was|were|not|never|instead|than|(?:un)?like|broken|defect(?:ive)?|replaced|without|before|former(?:ly)?|later|until|"
+    r"nicht|keine?|statt|defekt|kaputt|war|ersetzt|ohne|pas|sans|remplacé|sin|roto|antes)\b|\bno\b(?!\W*\d)"
+)
+
+
+def named_above(sheet: Sheet, pattern: str) -> str:
+    """Say in words where a line above the header is that of a maker, a model or a program; "" if none is.
+
+    It begins with the name, or with the word of a setting before it ("Instrument: ..."). A sentence in which one occurs, as
+    that a meter was broken, makes a file nobody's.
+
+    Parameters
+    ----------
+    sheet : a record.
+    pattern : a regular expression of names, upper and lower case alike.
+    """
+    for number, line in enumerate(sheet.prelude, 1):
+        match = re.search(pattern, line, re.IGNORECASE)
+        if match is not None and _KEY.fullmatch(line[: match.start()]) and _OF_A_REMARK.search(line) is None:
+            cells = [cell for cell in split_line(line, sheet.delimiter) if cell]
+            shown = next((cell for cell in cells if re.search(pattern, cell, re.IGNORECASE)), match[0])
+            return f'"{shown.strip()[:60]}" in line {number}'
+    return ""
+
+
 def line_above(sheet: Sheet, pattern: str) -> tuple[int, str] | None:
-    """Look for a pattern above the header, such as the name of a maker.
+    """Look for a pattern above the header, such as the first words of a block that a program writes there.
 
     Parameters
     ----------
@@ -103,18 +136,3 @@ def line_above(sheet: Sheet, pattern: str) -> tuple[int, str] | None:
             cells = [c for c in split_line(line, sheet.delimiter) if c]
             return i + 1, (cells[0] if cells else line)[:60]
     return None
-
-
-def word_above(sheet: Sheet, pattern: str) -> str:
-    """Say in words where a maker or a model is named above the header; "" if nowhere.
-
-    Parameters
-    ----------
-    sheet : a record.
-    pattern : a regular expression, upper and lower case alike.
-    """
-    for i, line in enumerate(sheet.prelude):
-        match = re.search(pattern, line, re.IGNORECASE)
-        if match:
-            return f'"{match[0]}" in line {i + 1}'
-    return ""

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import SPECIMEN
-from calib.lab.instruments.brackets import no_record, usual_case
+from calib.lab.instruments.brackets import is_letter, no_record, usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.lines import not_read
@@ -55,6 +55,8 @@ _LONGEST, _MOST = 2000, 60
 # What stands between the cells of a table, and around the rows of one in brackets.
 _BETWEEN_CELLS = re.compile(r"[\"'\s,;|]*")
 _OPENED, _CLOSED, _CHECKSUM = r"[\s\[(]*", r"[\s\]),;]*", re.compile(r"\*[0-9A-Fa-f]{2}$")
+# "t+0.1 s: F=0.2 N": the time since the start.
+_SINCE_START = re.compile(r"[\[(]?\s?[tT]\s?\+\s?")
 # What stands beside a number that changes it: signs, powers, "less than", fractions, and minutes.
 _CHANGES_NEXT, _CHANGES_LAST = (
     re.compile(r"(?:[-+\u2212\u2013<~±^×·*≤≥]|[:=(,;]\s*[-\u2212\u2013]\s*|^[/:'.])$"),
@@ -102,6 +104,8 @@ class _Form:
     @property
     def pattern(self) -> re.Pattern[str]:
         between = ["".join(r"\s*" if c == " " else re.escape(c) for c in literal) for literal in self.literals]
+        # Blanks fill up numbers within brackets: "[    0.100000] F=0.2".
+        between[0] += r"\s*" if self.literals[0][-1:] in tuple("[(") else ""
         between[1:-1] = [text if text != r"\s*" else r"\s+" for text in between[1:-1]]
         number = f"({_MARKS[self.mark].pattern})"
         return re.compile(_OPENED + number.join(between) + _CLOSED + f"(?:{_CHECKSUM.pattern})?")
@@ -169,7 +173,8 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     )
     if not (above and is_plain) and named:
         return None
-    if not any(names) and not listed and not above and any(units):
+    by_number = any(map(str.isdecimal, reading.columns.values()))
+    if not any(names) and not listed and not above and any(units) and not by_number:
         return None  # numbers with their units alone
     own = listed or (above[1] if above else names)
     called = [
@@ -286,7 +291,9 @@ def _may_change(form: _Form, rows: Sequence[Sequence[str]]) -> bool:
     if any(map(_FACTOR.search, form.literals)):
         return True
     for k, (before, behind) in enumerate(zip(form.literals, form.literals[1:], strict=False)):
-        if (before and not before.endswith("->") and _CHANGES_NEXT.search(before)) or _CHANGES_LAST.match(behind):
+        if (
+            before and not before.endswith("->") and not _SINCE_START.fullmatch(before) and _CHANGES_NEXT.search(before)
+        ) or _CHANGES_LAST.match(behind):
             return True
         if re.search(r"(?:^|[^\w\s])\s*\($", before) and behind.startswith(")") and len(form.literals) > 2:
             return True
@@ -337,6 +344,8 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
         following = behind
         if key is not None and looks_like_unit(key["unit"]):
             unit, following = key["unit"], behind[key.end() :]
+        elif _is_symbol_of_next(behind, form.literals[k + 2 : k + 3]):
+            following = behind
         elif found is not None and looks_like_unit(usual_case("", found["unit"])) and not _OF_NAME.match(behind, found.end()):
             unit, following = found["unit"], behind[found.end() :]
         elif glued is not None and glued.end() == len(behind.split(" ")[0].rstrip(",;)]}")):
@@ -348,8 +357,17 @@ def _names_and_units(form: _Form, rows: list[tuple[str, ...]]) -> tuple[list[str
     return names, units
 
 
+def _is_symbol_of_next(between: str, behind: Sequence[str]) -> bool:
+    """Whether a letter between two numbers is the symbol of the second, by the unit behind that: "0.1 C 97.1 pF"."""
+    letter, found = between.strip(), _UNIT.match(behind[0]) if behind else None
+    heading = understand(letter, found["unit"]) if found is not None and is_letter(letter) else None
+    return heading is not None and found is not None and is_unit_of(found["unit"], heading.quantity)
+
+
 def _name_in(before: str, unit: str) -> str:
     """The name in the text before a number: its last part that has letters, or one before it that the unit belongs to."""
+    if _SINCE_START.fullmatch(before):
+        return "t"
     parts = [_FILLERS.sub("", part.strip(" -.#*/\\")) for part in _AROUND.split(before.rstrip(" :=\"'`"))]
     named = [part for part in parts if part and _LETTER.search(part)]
     if not named:

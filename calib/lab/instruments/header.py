@@ -12,6 +12,7 @@ from types import MappingProxyType
 from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
 from calib.lab.instruments.brackets import goes_on_with_conditions
+from calib.lab.instruments.by_function import by_function
 from calib.lab.instruments.clock_cells import is_clock, is_date, is_reading
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.designated import designated
@@ -109,6 +110,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 known = known or [i for i, c in enumerate(cells) if c and as_a_mean(c) is not None]
                 known = known or list(designated(tuple(cells), ("",) * len(cells)))
+                known = known or list(by_function(cells, ("",) * len(cells), text.lines[:index]))
                 known = known or _known_by_units(text.lines, index, cells, delimiter)
                 if not known and (behind := common_words(cells)[1]):
                     cells, known = behind, [i for i, c in enumerate(behind) if c and understand(c) is not None]
@@ -131,7 +133,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if not rows and delimiter == " " and _stands_between_others(line, text.lines[index + 1 : index + _ROWS_SEEN]):
                     continue
-                if len(known) < 2 and rows == 0:
+                seen = text.lines[index + 1 : index + _ROWS_SEEN]
+                if len(known) < 2 and (rows == 0 or _names_stand_nearer(cells, seen, delimiter)):
                     continue
                 below = text.lines[index + 1 : index + _ROWS_SEEN]
                 score = (rows, len(known), rows > 0 and _width_below(below, delimiter) == len(cells))
@@ -224,6 +227,19 @@ def width_of_row(line: str) -> int:
         if len(cells) > 1 and is_reading(cells[0]) and all(is_reading(c) or is_missing(c) for c in cells):
             return len(cells)
     return 0
+
+
+def _names_stand_nearer(cells: Sequence[str], below: Sequence[str], delimiter: str) -> bool:
+    """Whether a line of words right above the rows has as many cells as they have, and one above it another."""
+    above: list[str] = []
+    for line in below:
+        if not line.strip():
+            continue
+        row = split_line(line, delimiter)
+        if sum(map(is_reading, row)) > 1:
+            return bool(above) and len(above) == len(row) != len(cells) and not any(is_reading(c) for c in above if c)
+        above = row if all(row) and any(map(str.isalpha, "".join(row))) and not _are_units(row) else []
+    return False
 
 
 def _stands_between_others(line: str, below: Sequence[str]) -> bool:
@@ -446,7 +462,8 @@ def no_header(text: LabText) -> Fault:
         )
     with_units = _numbers_with_units(text)
     names = split_line(text.lines[seen[0] - 1], with_units[1]) if seen is not None and with_units is not None else []
-    if with_units is not None and all(with_its_unit(name) or is_reading(name) for name in names):
+    blank = with_units is not None and with_units[1] == " "
+    if with_units is not None and ((blank and not seen) or all(with_its_unit(name) or is_reading(name) for name in names)):
         line, _, of = with_units
         shown = ", ".join(f"{quantity} in column {k}" for quantity, k in of.items())
         said = " ".join(str(Choice("columns", (str(k),), quantity)) for quantity, k in of.items())
@@ -513,14 +530,18 @@ def _one_a_line(text: LabText) -> Fault | None:
     )
 
 
+# A number with the unit behind it, a blank between them or not, or another word.
+_WITH_UNIT_APART = re.compile(r"[-+]?[\d.][\d.,]*(?:[eE][-+]?\d+)?\s?[^\W\d_][^\s\d]*(?=\s|$)|\S+")
+
+
 def _numbers_with_units(text: LabText) -> tuple[int, str, dict[str, int]] | None:
     """The first line of numbers with their units, what parts them, and quantity -> column from 1; None if there is none.
 
     Each quantity is the one of a single column.
     """
     for line, written in enumerate(text.lines[:HEADER_WITHIN]):
-        for delimiter in DELIMITERS[:-1]:
-            cells = split_line(written, delimiter)
+        for delimiter in DELIMITERS:
+            cells = split_line(written, delimiter) if delimiter != " " else _WITH_UNIT_APART.findall(written)
             own = {k: re.sub(r"^[^a-zµμÅ%]*", "", c, flags=re.I) for k, c in enumerate(cells, 1) if with_its_unit(c)}
             if len(own) < 2 or not all(with_its_unit(c) or is_reading(c) or is_missing(c) for c in cells if c):
                 continue

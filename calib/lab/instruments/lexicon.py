@@ -31,7 +31,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
                 "время | 时间 | 時間 | 试验时间",
                 "clock | 試験時間 | 経過時間 | 測定時間 | 時刻 | 日時 | 測定日時 | 시간 | 경과시간 | 시험시간",
-                "cycle elapsed time | run time | last changed | last updated",
+                "cycle elapsed time | run time | last changed | last updated | tm",
                 "thời gian | waktu | الزمن | الوقت | समय | време | เวลา | زمان | זמן",
             ),
             "displacement": (
@@ -70,7 +70,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut | pos | axis | achse",
                 "axe | δ | 实际位移 | 実変位 | 現在位置 | 当前位置 | extension from preload | deflection from preload",
-                "gap | spalt | messspalt | entrefer | displ | displac",
+                "gap | spalt | messspalt | entrefer | displ | displac | zpos | zposition | zdisp | zdisplacement",
                 "lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge | clip gage | dial gauge",
                 "dial gage | linear scale | glass scale | interferometer | vibrometer | potentiometer | linear potentiometer",
                 "wegaufnehmer | wegsensor | messuhr | messtaster | feintaster | tastweg | extensomètre | extensometre",
@@ -107,7 +107,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
                 "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
                 "força axial | normaalkracht | 力量 | 負荷 | 負載 | 載重 | 荷載 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
-                "corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
+                "zforce | corrected force | corrected load | kraftmessdose | kraftaufnehmer | kraftsensor | capteur de force",
                 "célula de carga | cella di carico | dynamometer | weight | gewicht | gewichtskraft | poids | peso | mass",
                 "masse | 重量 | 무게 | balance | scale | scales | waage | bilancia | balanza | báscula | balança | waga | våg",
                 "天平 | 저울",
@@ -157,7 +157,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 ONLY_WITH_UNIT = frozenset(
     name.strip()
     for names in (
-        "s | clock | h | p | δ | lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge",
+        "s | clock | tm | h | p | δ | lvdt | dvrt | extensometer | laser | encoder | linear encoder | cod | clip gauge",
         "clip gage | dial gauge | dial gage | linear scale | glass scale | interferometer | vibrometer",
         "potentiometer | linear potentiometer | wegaufnehmer | wegsensor | messuhr | messtaster | feintaster",
         "tastweg | extensomètre | extensometre | extensómetro | estensometro | 引伸计 | 伸び計 | 신율계 | kraftmessdose",

@@ -173,6 +173,38 @@ def _speaks_of_press(line: str) -> bool:
     return _CHANNEL.search(line) is not None or any(names_quantity(line, quantity) for quantity in _OF_PRESS)
 
 
+# One sign over and over, or with blanks between, rules off what stands above from what stands below; a device acknowledges a
+# command. Signs of equality are a line of text, as they stand between two versions of a file that were put together.
+_SAYS_NOTHING = re.compile(r"([-*#_~+–—])\1{2,}|(?:[-*#_~–—] )+[-*#_~–—]|[<>\[]*\s*(?:ok|ack)\s*[.!>\]]*", re.IGNORECASE)
+
+
+def says_nothing(row: Sequence[str], width: int) -> bool:
+    """Whether a line says nothing of the rows, as "-----", "****" and "ok" do, and holds no cells without readings.
+
+    Parameters
+    ----------
+    row : its cells.
+    width : columns of the header.
+    """
+    if row and row[0][:1].isdecimal():
+        return False  # nearly all rows
+    there = [cell.strip() for cell in row if cell.strip()]
+    return bool(there) and (len(there) == 1 or len(there) != width) and _SAYS_NOTHING.fullmatch(" ".join(there)) is not None
+
+
+def passed_over(sheet: Sheet, indices: Sequence[int]) -> list[str]:
+    """Write the note on lines that say nothing of the rows; no note if there are none.
+
+    Parameters
+    ----------
+    sheet : their file.
+    indices : of the lines in the file, from 0.
+    """
+    shown = f'"{sheet.text.lines[indices[0]].strip()[:30]}" in line {indices[0] + 1}' if indices else ""
+    what = f"{len(indices)} line(s) that say nothing of the rows are passed by as empty ones are, the first is {shown}"
+    return [what] if indices else []
+
+
 _OF_REMARKS = (
     "comment",
     "comments",
@@ -210,6 +242,8 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     """
     if row and is_comment(row[0]):
         return "header" if is_same_header([c.strip() for c in row], header) else "text"
+    if says_nothing(row, width):
+        return "text"
     key = keys[0] if keys else 0
     if min(width, 2) <= len(row) > key and is_numeric(row[key]):
         return "row"

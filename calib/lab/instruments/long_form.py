@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import json
+import shlex
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.brackets import unit_of_small_letters
@@ -10,6 +14,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF
 from calib.lab.instruments.vocabulary import understand
+from models.sensor import FloatArray
 
 # Names of quantities that such a column may hold, and how often each does at least.
 _MOST, _FEWEST = 64, 4
@@ -69,3 +74,43 @@ def _of_one(sheet: Sheet, at: int, named: Sequence[str], found: Collection[str])
         at + 1,
         advice=f"If so: {said} {unit}",
     )
+
+
+def never_together(
+    sheet: Sheet, places: Mapping[str, int], values: Mapping[str, FloatArray], *, decimal: str, clock: bool
+) -> list[Fault]:
+    """Refuse a force and a displacement that never stand in one row, with how readings between others are put beside these.
+
+    Parameters
+    ----------
+    sheet, places : the record, and quantity -> its column.
+    values : in SI, (n_row,) each.
+    decimal : mark of its numbers.
+    clock : whether the time is one of times of day.
+    """
+    if not {"force", "displacement"} <= values.keys():
+        return []
+    there = [np.isfinite(values[quantity]) for quantity in ("displacement", "force")]
+    if min(map(np.count_nonzero, there)) < _FEWEST or np.any(there[0] & there[1]):
+        return []
+    names = [sheet.names[places[quantity]] for quantity in ("displacement", "force")]
+    mark, above = sheet.delimiter, sheet.header_line - 1
+    table = sheet.header_line and mark in (",", ";", "\t") and sheet.units_line is None and not sheet.text.typed
+    file, new, how = json.dumps(sheet.text.path.name), json.dumps(f"new_{sheet.text.path.name}"), f"sep={json.dumps(mark)}"
+    how += f', decimal="{decimal}"'
+    command = (
+        f"import pandas; t = pandas.read_csv({file}, {how}, header={above}, index_col={places['time']}, "
+        f'skip_blank_lines=False); t.interpolate("index").dropna().to_csv({new}, {how})'
+        if table and "time" in places and not clock
+        else ""
+    )
+    by_python = f"; on straight lines over the time, Python does it: python -c {shlex.quote(command)}" if command else ""
+    return [
+        Fault(
+            f'"{names[0]}" and "{names[1]}" have no reading in the same row, so that no row holds a press',
+            sheet.text.path,
+            int(sheet.lines[0]),
+            advice="Export the record so that each time is one row with all its readings; else write into the empty cells what "
+            f"each channel has between its own{by_python}",
+        )
+    ]

@@ -100,6 +100,8 @@ def meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[Mean
     if match is not None and (match["axis"] or match["first"]) == "z":
         found = list(plain_meanings(match["name"] or match["rest"])) or list(_qualified(match["name"] or match["rest"]))
         found = [m for m in found if m.quantity in ("force", "displacement")]
+        if match["name"] == "p" and any(u and is_unit_of(u, "displacement") for u in (*inside, unit_below)):
+            found = [Meaning("displacement", 0)]  # a position along z
         if found:
             yield from (Meaning(m.quantity, m.rank + PLAIN, m.index, m.processed) for m in found)
             return

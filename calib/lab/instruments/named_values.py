@@ -50,6 +50,10 @@ _UNIT_LINE = re.compile(
 )
 # Lines above the first one that may say what the logger is, and lines that show that each names its values.
 _ABOVE, _FEWEST = 20, 5
+# Values that are named in every line of a log with a slower channel, one of them the first.
+_FEWEST_ALWAYS = 2
+# Lines in which such a channel is missing at least, as a share; in fewer its value may be lost.
+_SHARE_MISSING = 0.1
 # Lines that show whether they name one value or several in turn.
 _LOOKED_AT = 200
 # Letters of a line that says units.
@@ -79,7 +83,7 @@ def named_values(text: LabText) -> Sheet | None:
     written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
     below, columns = [], []
     for name, cells in zip(names, zip(*rows, strict=True), strict=True):
-        own = {unit for _, unit in cells}
+        own = {unit for value, unit in cells if value} or {""}
         below.append(own.pop() if len(own) == 1 and looks_like_unit(usual_case(name, next(iter(own)))) else "")
         columns.append([value if below[-1] else f"{value} {unit}".strip() for value, unit in cells])
     units_line, said = units_said_above(written[:first], names, below)
@@ -130,13 +134,20 @@ def _of_labels(text: LabText) -> _Found | None:
 
 def _of_each_line(text: LabText) -> _Found | None:
     """Names, values with units, 1-based lines, filled lines above, whether the last is cut, and a note: each line a row."""
-    begin = list(islice((line for line in text.lines if line.strip()), _ABOVE + 1 + _FEWEST))
+    begin = list(islice((line for line in text.lines if line.strip()), _LOOKED_AT))
     first = next((k for k, line in enumerate(begin[: _ABOVE + 1]) if _pairs(line)), -1)
-    seen = [_pairs(line) for line in begin[first : first + _FEWEST]]
-    names = [name for name, _, _ in seen[0]] if first >= 0 else []
+    named = [[name for name, _, _ in _pairs(line)] for line in begin[first:]] if first >= 0 else []
+    names = max(named[:_FEWEST], key=len, default=[])
     if names and (fault := _of_channels_in_turn(text, text.lines.index(begin[first]))) is not None:
         raise InputError(fault)
-    if not names or len(seen) < _FEWEST or any([name for name, _, _ in found] != names for found in seen):
+    # A slower channel is named in some of the lines alone, the others in all.
+    names = max((own for own in named if _are_among(names, own)), key=len, default=[])
+    there = [own for own in named if own]
+    missing = {name: sum(name not in own for own in there) for name in names}
+    always = [name for name in names if missing[name] < max(_FEWEST, _SHARE_MISSING * len(there))]
+    if len(named) < _FEWEST or not all(_are_among(own, names) for own in named[:_FEWEST]):
+        return None
+    if len(always) < len(names) and (len(always) < _FEWEST_ALWAYS or always[0] != names[0]):
         return None
     written = [(number, line) for number, line in enumerate(text.lines, 1) if line.strip()]
     rows: list[list[tuple[str, str]]] = []
@@ -146,9 +157,12 @@ def _of_each_line(text: LabText) -> _Found | None:
     for number, line in written[first:]:
         found = _pairs(line)
         last = number == len(text.lines) and not text.ended
-        if [name for name, _, _ in found] == names:
-            cut_short = last and _decimals(found[-1][1]) != _decimals(rows[-1][-1][0])
-            rows.append([(value, unit) for _, value, unit in found])
+        own = [name for name, _, _ in found]
+        if own == names or (_are_among(own, names) and {*always} <= {*own}):
+            before = next((row[names.index(own[-1])][0] for row in reversed(rows) if row[names.index(own[-1])][0]), "")
+            cut_short = last and (_decimals(found[-1][1]) != _decimals(before) or (own != names and own[-1] != always[-1]))
+            held = {name: (value, unit) for name, value, unit in found}
+            rows.append([held.get(name, ("", "")) for name in names])
             lines.append(number)
         elif not last:
             shown, wanted = line.strip()[:60], ", ".join(names)
@@ -161,6 +175,12 @@ def _of_each_line(text: LabText) -> _Found | None:
     if faults:
         raise InputError(capped(faults, "lines cannot be read"))
     return names, rows, lines, first, cut_short, f"each line names its values, from line {lines[0]} on: {', '.join(names)}"
+
+
+def _are_among(own: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a line names some of these values, in their order."""
+    rest = iter(names)
+    return bool(own) and all(name in rest for name in own)
 
 
 def _of_records(text: LabText) -> _Found | None:

@@ -31,6 +31,7 @@ _DOTTED = re.compile(
 )
 _COMPACT = re.compile(r"(?P<date>(?:19|20)\d{6})[ _-]?(?P<clock>\d{6})(?P<part>[.,]\d{1,9})?")
 _BARE = re.compile(r"(?P<h>\d{0,2}?)(?P<m>\d{2})(?P<s>\d{2})(?P<part>[.,]\d{1,9})?")
+_MILLISECONDS = (["ms"], ["msec"], ["msecs"], ["millis"], ["milliseconds"], ["millisekunden"], ["millisecondes"])
 _BARE_FORMS = frozenset(["hhmmss", "hmmss", "hh mm ss"])
 # Names of the parts of a time in columns of their own.
 _PARTS = {
@@ -159,6 +160,9 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
     Where they do not, none of them is a time.
     """
     parts = "".join(_part(name) or " " for name in sheet.names)
+    letters = [name.strip().lower() for name in sheet.names]
+    if (first := parts.find("h s")) >= 0 and letters[first + 1] == "m":
+        parts = parts.replace("h s", "hms")  # "m" is a minute there alone
     at = parts.find("ms")
     if at < 0 or parts.count("ms") > 1:
         return sheet
@@ -166,7 +170,9 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
     own = list(range(at - (at > 0 and parts[at - 1] == "h"), seconds + 1))
     if len(own) == 2 and sheet.names[at].strip().lower() == "mm":
         return sheet  # millimetres
-    others = {i for i, h in sheet.headings.items() if h.quantity == "time"} - set(own)
+    # Milliseconds behind them are a part as well.
+    behind = [seconds + 1] if [n.strip().lower() for n in sheet.names[seconds + 1 : seconds + 2]] in _MILLISECONDS else []
+    others = {i for i, h in sheet.headings.items() if h.quantity == "time"} - {*own, *behind}
     given = {sheet.assigned.get(i) for i in own} - {None}
     if others or set(own) & set(sheet.set_aside) or (given and sheet.assigned.get(seconds) != "time"):
         return sheet
@@ -178,6 +184,10 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
     if within.shape[1] < _FEWEST or not whole or (len(own) == 3 and np.any(within[:2] >= np.array([[24.0], [60.0]]))):
         return sheet
     total = 60.0 * values[-2] + values[-1] + (3600.0 * values[0] if len(own) == 3 else 0.0)
+    parts_of = [to_numbers([c.strip() for c in sheet.columns[i]], ".").values for i in behind]
+    if any(np.any(p[there] % 1 != 0) or np.any(p[there] < 0) or np.any(p[there] >= 1000) for p in parts_of):
+        return sheet
+    total = total + sum(p / 1000 for p in parts_of) if parts_of else total
     steps = np.diff(total[there])
     falls = steps < 0
     if np.any(falls & ((steps > -_DAY / 2) | (len(own) == 2))) or not np.any(steps > 0):
@@ -185,7 +195,8 @@ def _of_parts(sheet: Sheet, reading: Reading) -> Sheet:
         return replace(sheet, set_aside={**sheet.set_aside, **aside})
     exact = reading.units.get("time") == "s" and seconds in sheet.assigned
     cells = [_clock_of(t, exact=exact) if ok else "" for t, ok in zip(total.tolist(), there.tolist(), strict=True)]
-    aside = dict.fromkeys(own[:-1], f"a part of the time, put together with {names[-1]}")
+    names += [f'"{sheet.names[i]}"' for i in behind]
+    aside = dict.fromkeys([*own[:-1], *behind], f"a part of the time, put together with {names[len(own) - 1]}")
     note = f"{', '.join(names[:-1])} and {names[-1]} are the parts of one time: it is put together from them"
     columns = (*sheet.columns[:seconds], cells, *sheet.columns[seconds + 1 :])
     return replace(sheet, columns=columns, set_aside={**sheet.set_aside, **aside}, notes=(*sheet.notes, note))

@@ -102,7 +102,7 @@ def best_of(
         plain = []  # of two columns of one name none is the plain one
     for c in candidates if plain else ():
         if c not in plain:
-            unread[c.index] = c.heading.name_doubt or c.heading.unit_doubt or "its unit is none of the quantity"
+            unread[c.index] = c.heading.name_doubt or c.heading.unit_doubt or f"its unit is none of a {in_words(quantity)}"
     candidates = plain or candidates
     coarse = _coarse(candidates)
     candidates = sorted(candidates, key=lambda c: (*_preference(c, asked_index), c.index in coarse, c.index))

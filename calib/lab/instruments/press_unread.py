@@ -1,4 +1,4 @@
-"""From a record without a force or a place to the notes on columns that may be one, and the options by which they are read."""
+"""From a record without a force, a place or a capacitance to notes on columns that may be it, and what to type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from calib.lab.instruments.vocabulary import FUNCTION, MAY_BE_A_CHANGE, UNKNOWN
 
 # So many different numbers at least has what moves.
 _FEWEST = 5
-_LETTERS = {"displacement": "szuwxdh", "force": "fp"}
+_LETTERS = {"displacement": "szuwxdh", "force": "fp", "capacitance": "c"}
+# A symbol of a capacitance with a number and a unit behind it, which may be a factor or how far the meter reaches: "C_0.1pF".
+_OF_METER = re.compile(r"c[ps]?[\W_]+\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_]).*", re.IGNORECASE)
 # What was made of readings, or of how they scatter: "|Force|", "-Force", "Force + 2", "ln Force", "Force IQR".
 _MADE = re.compile(r"^\s*[-\u2212|]|[|+*^√²³=>]|(?<![^\W_])(?:abs|iqr|sem|cv)(?![^\W_])", re.IGNORECASE)
 # What is in g and no weight.
@@ -24,7 +26,7 @@ _ACCELERATION = re.compile(r"acc|beschl|vibr|shock|imu|(?<![^\W\d_])[axyz](?![^\
 
 
 def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str]) -> list[str]:
-    """Say of a capacitance that is read without force or place which columns that are not read may be these.
+    """Say of a record of a press which columns that are not read may be its force, its place or its capacitance.
 
     They move, and are in a unit of the quantity, or called by a letter for it without a unit.
 
@@ -35,7 +37,8 @@ def notes_on_press(sheet: Sheet, read: Collection[str], unread: Mapping[int, str
     unread : index -> why a column is not read.
     """
     notes = []
-    for quantity in ("displacement", "force") if {"capacitance", "capacitance_series"} & set(read) else ():
+    capacitance = {"capacitance", "capacitance_series"} & set(read)
+    for quantity in ("displacement", "force") if capacitance else ("capacitance",):
         if quantity in read:
             continue
         found = [i for i in range(len(sheet.names)) if _may_be(sheet, i, quantity, unread.get(i, "")) and _moves(sheet, i)]
@@ -62,7 +65,7 @@ def _may_be(sheet: Sheet, index: int, quantity: str, why: str) -> bool:
     unit = sheet.unit_written(index)
     if unit:
         return is_unit_of(unit, quantity) and not (unit == "g" and _ACCELERATION.search(name))
-    return name.lower() in tuple(_LETTERS[quantity])
+    return name.lower() in tuple(_LETTERS[quantity]) or (quantity == "capacitance" and _OF_METER.fullmatch(name) is not None)
 
 
 def _moves(sheet: Sheet, index: int) -> bool:

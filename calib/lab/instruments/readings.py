@@ -122,15 +122,17 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
     word = same_word_behind(cells) if np.any(bad) and not column.clock else ""
-    if word and not is_unit_of(word, column.quantity) and (len(word) > 1 or looks_like_unit(word)):
+    both, kind = word == "m" and column.quantity == "displacement", column.quantity.replace("_", " ")
+    if word and (both or not is_unit_of(word, column.quantity)) and (len(word) > 1 or looks_like_unit(word) or word in "pnuk"):
         shown = f'"{cells[0].strip()[:40]}" in column "{name}", as all others, has "{word}" behind the number'
+        what = "may be metres, or thousandths of one" if both else f"is no unit of {kind}"
         faults.append(
             Fault(
-                f"{shown}, which is no unit of {column.quantity.replace('_', ' ')}",
+                f"{shown}, which {what}",
                 sheet.text.path,
                 int(sheet.lines[0]),
                 column.index + 1,
-                advice=f"If it is to be passed by, say the unit: {units_to_say(column.quantity)}",
+                advice=f"Say in which unit the numbers are: {units_to_say(column.quantity)}",
             )
         )
         bad[:] = False

@@ -26,6 +26,8 @@ from calib.lab.instruments.lines import (
     n_named,
     n_needed,
     not_read,
+    passed_over,
+    says_nothing,
     short_rows,
 )
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers, parse_number
@@ -233,8 +235,11 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | Non
     places = np.cumsum(kept) - 1
     short = {int(places[i]): why for i, why in short_rows(lengths, len(lines), len(columns)).items() if kept[i]}
     require_no_other_rows(sheet, text_below, len(lines))
-    below = not_read(sheet, text_below, "text below the rows")
-    return Table(columns, start + 1 + np.flatnonzero(kept), left_out(sheet, text_below), below, short)
+    without_words = [i for i in text_below if says_nothing(split_line(sheet.text.lines[i], sheet.delimiter), len(columns))]
+    words = [i for i in text_below if i not in without_words]
+    below = not_read(sheet, words, "text below the rows")
+    notes = [*left_out(sheet, words), *passed_over(sheet, without_words)]
+    return Table(columns, start + 1 + np.flatnonzero(kept), notes, below, short)
 
 
 def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dict[int, int]] | None:

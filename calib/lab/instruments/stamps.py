@@ -59,6 +59,35 @@ def with_stamps_in_cells(lines: Sequence[str]) -> tuple[list[str], str]:
     return stamped, f"a time {sign} before every line, as a serial monitor writes them: these times are a column{called}"
 
 
+# "Fri Nov 20 14:03:07 UTC 2026", as the program date writes it, in front of cells between blanks.
+_OF_DATE = re.compile(
+    r"\s*\[?(?P<stamp>[^\W\d_]{2,4}\.? +(?:[^\W\d_]{3,4}\.? +\d{1,2}|\d{1,2}\.? +[^\W\d_]{3,4}\.?) +"
+    r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?: +[AP]M)?(?: +(?P<zone>[A-Z]{1,5}))? +\d{4})\]?:?(?P<behind> +\S.*)"
+)
+#: What shows that lines may begin with such dates.
+MAY_BE_OF_DATE = re.compile(r"^\s*\[?[^\W\d_]{2,4}\.? +[^\n]{3,14}\d{1,2}:\d\d:\d\d[^\n]{0,14}(?:19|20)\d\d\b", re.MULTILINE)
+
+
+def with_dates_in_figures(lines: Sequence[str]) -> list[str]:
+    """The lines with the dates and times in words before them in figures; [] of any others, or where their zones change.
+
+    >>> with_dates_in_figures([f"Fri Nov 20 14:03:0{s} UTC 2026: 0.{s} 0.2" for s in range(6)])[1]
+    '2026-11-20T14:03:01 0.1 0.2'
+    """
+    found = [_OF_DATE.fullmatch(line) for line in lines]
+    there = [match for match in found if match is not None]
+    first = next((k for k, match in enumerate(found) if match is not None), 0)
+    if len(there) < max(_FEWEST, sum(map(bool, map(str.strip, lines[first:]))) - 1) or len({m["zone"] for m in there}) > 1:
+        return []
+    figures = [in_figures(match["stamp"]).text.split(" ") if match is not None else [] for match in found]
+    if any(parts and not is_full_clock(" ".join(parts[:2])) for parts in figures):
+        return []
+    return [
+        f"{'T'.join(parts[:2])}{match['behind']}" if match is not None else line
+        for line, match, parts in zip(lines, found, figures, strict=True)
+    ]
+
+
 def _stamp_of(line: str) -> re.Match[str] | None:
     match = _STAMP.match(line)
     return match if match is not None and is_full_clock(match["plain"] or match["inside"]) else None

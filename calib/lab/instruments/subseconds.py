@@ -34,7 +34,8 @@ _PARTS = {
 _OF_TIMES = frozenset(
     ["time", "clock", "zeit", "uhrzeit", "temps", "hora", "of", "the", "a", "in", "part", "der", "tv", "stamp", "header"]
 )
-_BESIDE = _OF_TIMES | {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
+_SECONDS = {"s", "sec", "secs", "second", "seconds", "sekunde", "sekunden"}
+_BESIDE = _OF_TIMES | _SECONDS
 _WHOLE_SECONDS = re.compile(
     r"(?P<clock>.*\d:\d{1,2}:\d{1,2})(?P<end>\s*(?:[AaPp]\.?[Mm]\.?)?\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?)\s*"
 )
@@ -95,7 +96,7 @@ def with_subseconds(sheet: Sheet) -> WholeClock:
 
 def _pairs(sheet: Sheet) -> Iterator[tuple[int, int, float]]:
     """Columns of whole seconds, each with one that is called after parts of a second, and how many of these are one."""
-    named = {i: size for i, name in enumerate(sheet.names) if (size := _named_parts(name)) is not None}
+    named = {i: size for i, name in enumerate(sheet.names) if (size := _named_parts(name, sheet.names)) is not None}
     if not named:
         cells = {
             i: sheet.columns[i][0].strip() for i in range(len(sheet.names)) if sheet.columns[i] and _without_name(sheet, i)
@@ -127,11 +128,23 @@ def _fills_seconds(seconds: FloatArray, shares: FloatArray) -> bool:
     return bool(np.count_nonzero(within) >= _FEWEST and np.all(np.diff(shares)[within] > 0) and np.nanmax(shares) > 0.5)
 
 
-def _named_parts(name: str) -> float | None:
-    """How many of what a column is called after are a second, 0 where its cells tell; None if it is none of parts of one."""
-    found = [w for w in re.split(r"[\W_]+", name.lower()) if w]
+def _named_parts(name: str, names: Sequence[str]) -> float | None:
+    """How many of what a column is called after are a second, 0 where its cells tell; None if it is none of parts of one.
+
+    Words before it may be those that stand before the seconds of another column, too: "msg.stamp.nsecs", "msg.stamp.secs".
+    """
+    found = _words(name)
     sizes = [_PARTS[w] for w in found if w in _PARTS]
-    return sizes[0] if sizes and all(w in _PARTS or w in _BESIDE for w in found) else None
+    if not sizes:
+        return None
+    beside = any(
+        (own := _words(other))[:-1] == found[:-1] and own[-1:] != found[-1:] and {*own[-1:]} <= _SECONDS for other in names
+    )
+    return sizes[0] if beside or all(w in _PARTS or w in _BESIDE for w in found) else None
+
+
+def _words(name: str) -> list[str]:
+    return [w for w in re.split(r"[\W_]+", name.lower()) if w]
 
 
 def _shares(cells: Sequence[str], size: float) -> FloatArray | None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.characters import BLANKS_OF_NO_WIDTH, DIRECTIONS, ORDER_OF_BYTES, with_plain_characters
+from calib.lab.instruments.framed import of_array, of_wiki, without_words_before
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.odd_delimiters import with_usual_delimiters
@@ -26,7 +27,7 @@ from calib.lab.instruments.signals import (
     with_titles_of_pairs,
     with_waves_named,
 )
-from calib.lab.instruments.stamps import with_stamps_in_cells
+from calib.lab.instruments.stamps import MAY_BE_OF_DATE, with_dates_in_figures, with_stamps_in_cells
 from calib.lab.instruments.touching import with_cells_apart
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
@@ -82,6 +83,7 @@ _WITHIN, _OF_WORDS = 3, re.compile(r"[^\W\d_]")
 _HARD_BLANKS = "\u00a0\u2007\u202f"
 _PADDING = re.compile(rf'(?<=[;\t,|"\n])[{_HARD_BLANKS}]+|(?<![{_HARD_BLANKS}])[{_HARD_BLANKS}]++(?=[;\t,|"\n])')
 # The exponent of a number in double precision as Fortran writes it, 1.25D-02.
+_OF_MATHEMATICA = re.compile(r"(?<=[\d.])\*\^(?=[+-]?\d{1,3}(?![\w.]))")
 _FORTRAN = re.compile(r"(?<=\d)(?<![A-Za-z_]\d)[dD](?=[+-]\d{2,3}(?![\w.]))")
 # So many of its letters are looked at before all are.
 _LETTERS = 1000
@@ -109,6 +111,14 @@ _MAY_BE_STAMPED = re.compile(r"^[ \t]*(?:\d[^>\n]{4,40}>|\[[^\n]{0,30}\d:\d\d)",
 _OF_SIGNALS = 20_000
 # Layouts whose columns are named elsewhere than above them: what shows one, the lines with the names above, and a note.
 _NAMED_ELSEWHERE = (
+    (MAY_BE_OF_DATE, with_dates_in_figures, "the dates and times in words before the cells of each line are read in figures"),
+    (re.compile(r"\A\s*\{\|"), of_wiki, "the table is one of a wiki: its marks are taken off"),
+    (re.compile(r"^\s*\[{1,2}\s*[-+\d]", re.MULTILINE), of_array, "the brackets of a printed array are taken off"),
+    (
+        re.compile(r"^\s*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d][^\n]*\n\s*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d]", re.MULTILINE),
+        without_words_before,
+        "a word and a colon stand before the cells of each line, which are passed by",
+    ),
     (
         re.compile("startofdata", re.IGNORECASE),
         with_signals_named,
@@ -240,6 +250,10 @@ def read_lab_text(path: Path) -> LabText:
         shown = re.split(r"[^\w.,+-]", text[max(0, first.start() - 20) : first.end() + 3])[-1]
         fortran = (f'exponents as Fortran writes them are read, as in "{shown}"',)
         text = _FORTRAN.sub("E", text)
+    if "*^" in text and (first := _OF_MATHEMATICA.search(text)) is not None:
+        line = text.count("\n", 0, first.start()) + 1
+        fortran = (*fortran, f"exponents as Mathematica writes them, *^, are read as those of ten, the first in line {line}")
+        text = _OF_MATHEMATICA.sub("e", text)
     if any(blank in text for blank in _HARD_BLANKS):
         text = _PADDING.sub("", text)
     text, digits = _with_usual_digits(text)

@@ -22,8 +22,10 @@ from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, as_a_mean, as_a_record, is_mean_of_readings, understand
 
 # Whole seconds and their parts as computers give them, "tv_sec" and "tv_usec", unless beside minutes and hours.
-_SECONDS = re.compile(r"(?:(?:header[ _./])?(?:tv|stamp)[ _./])?secs?", re.IGNORECASE)
-_THEIR_PARTS = re.compile(r"(?:(?:header[ _./])?(?:tv|stamp)[ _./])?(?:[mun]secs?|nanosecs?)", re.IGNORECASE)
+_SECONDS = re.compile(r"(?:(?:[^\W\d_]{1,20}[_./]){0,3}?(?:header[ _./])?(?:tv|stamp)[ _./])?secs?", re.IGNORECASE)
+_THEIR_PARTS = re.compile(
+    r"(?:(?:[^\W\d_]{1,20}[_./]){0,3}?(?:header[ _./])?(?:tv|stamp)[ _./])?(?:[mun]secs?|nanosecs?)", re.IGNORECASE
+)
 _OF_DAY = re.compile(r"(?:hours?|hrs?|min(?:ute)?s?)", re.IGNORECASE)
 # A unit behind a stroke, as in "Weg/mm"; "/s" may be a rate, which no reading is.
 _BY_STROKE = re.compile(r"(?:[^/]*[\s_.-])?(?P<last>[^\W\d_]{3,}) ?/ ?(?P<unit>[^\W\d_]+)")

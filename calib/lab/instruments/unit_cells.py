@@ -38,7 +38,9 @@ _READING = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?P<unit>[^\W\d
 # The same with any words, and the letters of such a cell.
 _WORDED = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?[^\W\d_]\w{0,7}(?: [^\W\d_]\w{0,9})?")
 _LONGEST_READING = 40
-_NUMBER_AND_WORD = re.compile(r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?(?P<word>[^\W\d_]{1,12})")
+_NUMBER_AND_WORD = re.compile(
+    r"[+\-\u2212]?\d[\d.,]*(?:[eE][+-]?\d+)?\s?(?P<word>(?:[x×*·]\s?1[0e][\d^e+-]*\s?)?(?P<unit>[^\W\d_]{1,12}))"
+)
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
 _NUMBERED = re.compile(
@@ -136,6 +138,16 @@ def same_word_behind(cells: Sequence[str]) -> str:
         return ""
     alike = (_NUMBER_AND_WORD.fullmatch(cell) for cell in there)
     return word if all(match is not None and match["word"] == word for match in alike) else ""
+
+
+def unit_behind_factor(cell: str) -> str:
+    """The unit behind a factor behind a number, "mN" of "0.2 x10mN"; "" of any other cell.
+
+    >>> unit_behind_factor("0.2 x10mN"), unit_behind_factor("0.2 mN")
+    ('mN', '')
+    """
+    match = _NUMBER_AND_WORD.fullmatch(cell.strip())
+    return match["unit"] if match is not None and match["word"] != match["unit"] else ""
 
 
 def begins_with_unit(cell: str) -> bool:

@@ -354,7 +354,8 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
-    factor, function = factor_in(outside) or factor_words(outside) or factor_before_symbol(outside), FUNCTION.search(outside)
+    factor = leading_factor(cell) or factor_in(outside) or factor_words(outside) or factor_before_symbol(outside)
+    function = FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or next((d for bracket in brackets if (d := _may_be_factor(quantity, bracket))), "")
     doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")

@@ -54,3 +54,38 @@ def test_torque_events_and_numbers_of_specimens_are_no_marks_of_a_maker(tmp_path
     capacitance = "".join(f"{0.1 * i:.1f},{97 + 0.01 * i:.2f}\n" for i in range(60))
     assert recognised(tmp_path, "Sample 3522\nTime (s),Cp (pF)\n", capacitance) == "LCR log"
     assert recognised(tmp_path, "Hioki 3522-50\nTime (s),Cp (pF)\n", capacitance) == "Hioki LCR meter"
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Trapezium X\nMethod: comp.xmas\nSample: 3\n",
+        "NexygenPlus 3.0\nMethod: Compression\nSpecimen: 1\n",
+        "own rig\nSpecimen label: pad 3\n",
+        "Test: Compression\nMethod: Comp.msm\n",
+        "General: pads of March\n",
+        "# as in the Bluehill export of last year\n",
+        "# not measured on the Zwick\n",
+        "# testXpert was down, read by hand\n",
+        "Operator: K. Emperor\n",
+    ],
+)
+def test_words_that_any_program_writes_above_name_none(tmp_path: Path, head: str) -> None:
+    assert recognised(tmp_path, f"{head}Time (s),Extension (mm),Load (N)\n") == "table with a header"
+
+
+@pytest.mark.parametrize(
+    ("head", "family"),
+    [
+        ("# Hioki was broken, used Keysight E4980A\n", "LCR log"),
+        ("# no E4980A here\n", "LCR log"),
+        ("# kein Keysight, sondern Eigenbau\n", "LCR log"),
+        ("# LCR: Hioki IM3536, 1 kHz, 1 V\n", "Hioki LCR meter"),
+        ("Instrument,Keysight Technologies,E4980A\n", "Keysight LCR meter"),
+        ("# measured with E4980AL\n", "Keysight LCR meter"),
+        ("GW INSTEK LCR-6100\n", "GW Instek LCR meter"),
+    ],
+)
+def test_a_meter_is_named_by_a_line_of_its_own_not_by_a_sentence(tmp_path: Path, head: str, family: str) -> None:
+    rows = "".join(f"{0.1 * i:.1f},{97 + 0.01 * i:.2f}\n" for i in range(60))
+    assert recognised(tmp_path, f"{head}Time (s),Cp (pF)\n", rows) == family

@@ -196,3 +196,11 @@ def test_what_was_measured_is_read_beside_what_was_commanded(tmp_path: Path, set
     table = read_lab_file(path)
     is_press(table)
     assert any(set_to in str(unread) for unread in table.unread)
+
+
+def test_names_that_a_legend_explains_are_not_said_to_have_units_beside_them(tmp_path: Path) -> None:
+    table = read(tmp_path, "# t: time [s]", "# z: depth [mm]", "# F: force [N]", "t z F", mark=" ")
+    is_press(table)
+    assert not any("cell of its own" in note for note in table.notes)
+    table = read(tmp_path, "Time;s;Depth;mm;Force;N", mark=";")
+    assert any("in line 1 the unit of each column stands in a cell of its own" in note for note in table.notes)

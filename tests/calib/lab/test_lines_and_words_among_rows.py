@@ -296,3 +296,35 @@ def test_a_remark_behind_a_row_that_speaks_of_its_readings_is_obeyed(tmp_path: P
 def test_numbers_behind_a_row_are_no_remark(tmp_path: Path, remark: str) -> None:
     with pytest.raises(InputError):
         marked(tmp_path, ",", {50: remark})
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "  "])
+@pytest.mark.parametrize("line", ["-----", "*******", "####", "~~~~~", "- - - - -", "ok", "OK"])
+@pytest.mark.parametrize("at", [N, N // 2, 10])
+def test_a_line_that_says_nothing_is_passed_over_and_is_no_row(tmp_path: Path, delimiter: str, line: str, at: int) -> None:
+    rows = [f"{0.1 * k:.1f},{x:.4f},{4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate(WAY.tolist())]
+    rows.insert(at, line)
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["t/s,s/mm,F/N", *rows]).replace(",", delimiter) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert len(table.lines) == N
+    assert not any(table.reasons)
+    assert any(f'the first is "{line}" in line {at + 2}' in note for note in table.notes)
+
+
+def test_a_count_below_rows_between_blanks_is_left_out_as_a_row_without_cells(tmp_path: Path) -> None:
+    rows = [f"{0.1 * k:.1f} {x:.4f} {4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate(WAY.tolist())]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["t/s s/mm F/N", *rows, f"{N}"]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert [k for k, why in enumerate(table.reasons) if why] == [N]
+    path.write_text("\n".join(["t/s s/mm F/N", *rows[:50], *(row.rsplit(" ", 1)[0] for row in rows[50:])]), encoding="utf-8")
+    with pytest.raises(InputError, match="2 cells between blanks") as caught:
+        read_lab_file(path)
+    assert "Remove the line if it is none of the readings" in caught.value.faults[0].advice
+
+
+@pytest.mark.parametrize("line", ["======", "=======", "second pad"])
+def test_a_line_that_may_part_two_versions_or_presses_is_still_refused(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InputError, match="stands among the rows"):
+        read(tmp_path, line)

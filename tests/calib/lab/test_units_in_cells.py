@@ -151,3 +151,35 @@ def test_a_table_of_intervals_as_rheometers_export_it_is_read(tmp_path: Path) ->
     rows = [f"\t{i + 1}\t{t}\t{x}\t{f}" for i, (t, x, f) in enumerate(zip(TIMES, DEPTH, FORCE, strict=True))]
     (path := tmp_path / "interval.txt").write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
     agree(read_lab_file(path), *PRESS)
+
+
+def test_a_prefix_alone_behind_numbers_is_read_where_there_is_but_one_unit(tmp_path: Path) -> None:
+    """Engineers write 97.0012p; of a capacitance that is of farads, of a loss of nothing."""
+    for head in ("t (s),Cp,D", "t (s),Cap,D", "t (s),Cp (F),D", "t (s),C,D"):
+        table = read(tmp_path, head, "{t},{C}p,{D}")
+        agree(table, "time", "capacitance", "dissipation")
+        assert any("read in the unit that stands behind it (p)" in note for note in table.notes)
+    data = zip(TIMES, CAP, LOSS, strict=True)
+    rows = [f"{t},{c / 1000:.7f}n,{1000 * float(d):.3f}m" for t, c, d in data]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["t (s),Cp,D", *rows]) + "\n", encoding="utf-8")
+    agree(read_lab_file(path), *LOG)
+
+
+@pytest.mark.parametrize("unit", ["mN", "N"])
+def test_a_prefix_alone_behind_a_force_is_asked_for_its_unit(tmp_path: Path, unit: str) -> None:
+    rows = [f"{t},{x},{1000 * f:.1f}m" for t, x, f in zip(TIMES, DEPTH, FORCE, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["t (s),Depth (mm),Force", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="no unit of force") as caught:
+        read_lab_file(path)
+    assert any("Say in which unit the numbers are: --units force=" in fault.advice for fault in caught.value.faults)
+    agree(read_lab_file(path, Reading(units={"force": unit})), *PRESS)
+
+
+def test_an_m_behind_a_displacement_in_metres_is_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="may be metres, or thousandths of one"):
+        read(tmp_path, "t (s),Depth (m),Force (N)", "{t},{x}m,{F}")
+    agree(read(tmp_path, "t (s),Depth (m),Force (N)", "{t},{x}m,{F}", reading=Reading(units={"displacement": "mm"})), *PRESS)
+    table = read(tmp_path, "t (s),Depth (m),Force (N)", "{t},{x}m,{F}", reading=Reading(units={"displacement": "m"}))
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH)

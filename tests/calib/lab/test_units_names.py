@@ -555,7 +555,6 @@ def test_numbers_with_their_unit_behind_them_are_read_by_it_and_told(tmp_path: P
     ("name", "written"),
     [
         ("Cp (pF)", [f"{c:.4f}nF" for c in CAP]),
-        ("Cp", [f"{c:.4f}" + "p" for c in CAP]),
         ("Cp", [f"{c:.4f}" + ("" if k % 2 else "pF") for k, c in enumerate(CAP)]),
         ("Cp (pF)", [f"{c:.4f}" + ("nF" if k == 4 else "") for k, c in enumerate(CAP)]),
         ("Cp (F)", [f"{c:.4f}" + ("n" if k == 4 else "p") for k, c in enumerate(CAP)]),

@@ -339,3 +339,59 @@ def test_of_a_time_in_two_units_no_unit_is_advised(tmp_path: Path) -> None:
     note = next(note for note in table.notes if "no time is read" in note)
     assert "time=ms" not in note
     assert "--units time=" in note
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity"),
+    [
+        ("Force (N) at 23 (°C)", "force"),
+        ("Kraft (N) bei 23 (°C)", "force"),
+        ("Depth (mm) at 1 (mm/s)", "displacement"),
+        ("Cp (pF) at 1 (kHz)", "capacitance"),
+        ("Cp (pF) at 23 (°C)", "capacitance"),
+        ("Cp (pF, 100 pF range)", "capacitance"),
+        ("Cp (100 pF range) [pF]", "capacitance"),
+        ("Cp (pF), 1 nF range", "capacitance"),
+        ("Force_lp10Hz_N", "force"),
+        ("pz_mm", "displacement"),
+        ("zpos_mm", "displacement"),
+        ("tm_s", "time"),
+    ],
+)
+def test_conditions_and_short_codes_that_leave_no_doubt_are_read(name: str, quantity: str) -> None:
+    heading = understand(name)
+    assert heading is not None
+    assert (heading.quantity, heading.name_doubt, heading.unit_doubt) == (quantity, "", "")
+
+
+@pytest.mark.parametrize("name", ["Force at 5 (N)", "Temp at 23 (°C)", "Cp at 90 (pF)", "Load at 2 (mm)"])
+def test_a_number_with_a_unit_in_brackets_of_another_kind_is_no_condition(name: str) -> None:
+    heading = understand(name)
+    assert heading is None or heading.index or heading.unit_doubt or heading.name_doubt
+
+
+def test_a_ball_between_a_name_and_its_unit_is_passed_by(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s);Depth_5mm_ball_mm;Force (N)", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["displacement"], 1e-3 * DEPTH, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["C_1nF (pF)", "C_0.1pF", "Cp/100pF"])
+def test_a_capacitance_beside_a_press_that_is_left_out_is_named_with_its_option(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);Force (N);{name}", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert "capacitance" not in table.columns
+    (note,) = (note for note in table.notes if note.startswith("no capacitance is read"))
+    assert f"capacitance={name}" in note
+    said = Reading(columns={"capacitance": name}, units={"capacitance": "pF"})
+    table = read_lab_file(tmp_path / "lab.csv", said)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+@pytest.mark.parametrize("name", ["2F (N)", "10F (N)", "Force (N) (div by 10)", "Force (N) (divided by 2)"])
+def test_a_factor_in_a_name_is_asked_about_even_if_the_column_is_said(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "lab.csv"
+    with pytest.raises(InputError):
+        read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    with pytest.raises(InputError, match="factor"):
+        read_lab_file(path, Reading(columns={"force": name}))
+    table = read_lab_file(path, Reading(columns={"force": name}, units={"force": "2 N"}))
+    assert np.allclose(table.columns["force"], 2 * FORCE, atol=1e-3)

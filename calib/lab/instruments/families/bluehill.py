@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from calib.lab.instruments.family import InstrumentFamily, channel_names, channels, holds_capacitance, line_above, needs
+from calib.lab.instruments.family import (
+    InstrumentFamily,
+    channel_names,
+    channels,
+    holds_capacitance,
+    line_above,
+    named_above,
+    needs,
+)
 from calib.lab.instruments.sheet import Sheet
 
 _DISPLACEMENT = ("extension", "displacement", "traversenweg", "extensión", "位移", "変位")
@@ -11,8 +19,10 @@ _FORCE = ("load", "force", "last", "kraft", "charge", "carga", "载荷", "力", 
 _OWN = ("compressive extension", "compressive load", "compressive displacement", "compressive force")
 # Of the others those in pairs that many programs write: Bluehill's only by what stands around them.
 _COMMON = ("displacement", "force")
+# Lines of its header block, each with a group before the name of an item, and the endings of its methods.
 _BLOCK = (
-    r"text inputs|specimen label|bluehill|^\"?(general|dimension|method|sample|number inputs)\s*:|is_[tc](?:omp|ens|cyclic)"
+    r"^\W*(?:(?:text|number|choice) inputs : |general : start date|dimension : [\w ]+\W+\d|rate : rate \d)"
+    r"|\.is_[tc](?:omp|ens|cyclic)"
 )
 
 
@@ -33,6 +43,8 @@ def recognise(sheet: Sheet) -> str:
     block = line_above(sheet, _BLOCK)
     if block is not None:
         return f'{shown}, header block with "{block[1]}" in line {block[0]}'
+    if program := named_above(sheet, "(?:instron )?bluehill"):
+        return f"{shown}, {program}"
     own = next((sheet.names[i] for i, h in sheet.headings.items() if h.name in _OWN), "")
     if own:
         return f'{shown}, "{own}" among them'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.family import InstrumentFamily, capacitance_log, needs_of_log, word_above
+from calib.lab.instruments.family import InstrumentFamily, capacitance_log, named_above, needs_of_log
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.replies import NUMBER, TIME, reply_table, time_cell
 from calib.lab.instruments.sheet import Sheet
@@ -43,7 +43,7 @@ def recognise(sheet: Sheet) -> str:
     """Recognise GW Instek by lines of MAIN:PRIM and MAIN:SECO, or by the name of the maker or of a model above the header."""
     if sheet.names[:1] == ("MAIN:PRIM",) or "MAIN:PRIM" in sheet.names:
         return f"readings of MAIN:PRIM from line {sheet.lines[0]} on"
-    named = word_above(sheet, r"gw[ -]?instek|\bLCR-?8\d\d\w?\b")
+    named = named_above(sheet, r"gw[ -]?instek|\bLCR-?8\d\d\w?\b")
     log = capacitance_log(sheet)
     return f"{named}; {log}" if named and log else ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from calib.lab.instruments.family import InstrumentFamily, capacitance_log, needs_of_log, word_above
+from calib.lab.instruments.family import InstrumentFamily, capacitance_log, named_above, needs_of_log
 from calib.lab.instruments.sheet import Sheet
 
 # The impedance analysers' way of writing a header: number of the sweep point, parameter[unit].
@@ -16,7 +16,7 @@ def recognise(sheet: Sheet) -> str:
     log = capacitance_log(sheet)
     if not log:
         return ""
-    named = word_above(sheet, r"hioki|\bIM35\d\d\b|\bIM75\d\d\b|\b35(?:06|22|32|04)-\d\d\b")
+    named = named_above(sheet, r"hioki|\bIM35\d\d\b|\bIM75\d\d\b|\b35(?:06|22|32|04)-\d\d\b")
     if named:
         return f"{named}; {log}"
     own = [n for n in sheet.names if _NAMES.match(n)]

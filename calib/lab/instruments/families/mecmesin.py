@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from calib.lab.instruments.family import InstrumentFamily, channels, line_above, needs
+from calib.lab.instruments.family import InstrumentFamily, channels, named_above, needs
 from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
     """Recognise Mecmesin by its name above, or by event flags beside load and displacement over minutes."""
-    above = line_above(sheet, r"mecmesin|vectorpro|emperor")
-    if above is not None:
-        return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
+    above = named_above(sheet, r"mecmesin|vectorpro|emperor")
+    if above:
+        return f"{channels(sheet)}, {above}"
     events = any(n.strip().lower() in ("event", "events") for n in sheet.names)
     minutes = any(h.quantity == "time" and h.unit in ("min", "mins", "minutes") for h in sheet.headings.values())
     if events and minutes:

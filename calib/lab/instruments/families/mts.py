@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from calib.lab.instruments.family import InstrumentFamily, channels, line_above, needs
+from calib.lab.instruments.family import InstrumentFamily, channels, named_above, needs
 from calib.lab.instruments.sheet import Sheet
 
 
@@ -12,8 +12,8 @@ def recognise(sheet: Sheet) -> str:
     if sheet.header_line > 1 and first.startswith("MTS793|"):
         mark = f', decimal mark "{sheet.declared_decimal}" declared there' if sheet.declared_decimal else ""
         return f'line 1 is "{first[:40]}"{mark}; {channels(sheet)}'
-    above = line_above(sheet, r"\bMTS\b|multipurpose testware|testsuite|testworks")
-    return f'{channels(sheet)}, "{above[1]}" in line {above[0]}' if above is not None else ""
+    above = named_above(sheet, r"\bMTS\b|multipurpose testware|testsuite|testworks")
+    return f"{channels(sheet)}, {above}" if above else ""
 
 
 FAMILY = InstrumentFamily("MTS", 50, recognise, needs("displacement", "force"), verified=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from calib.lab.instruments.family import InstrumentFamily, channels, holds_capacitance, line_above, needs
+from calib.lab.instruments.family import InstrumentFamily, channels, holds_capacitance, named_above, needs
 from calib.lab.instruments.sheet import Sheet
 
 # A channel with its wiring in brackets, "Position(Linear:Digital Position) (mm)", or the clocks and counters of its own.
@@ -20,9 +20,9 @@ def recognise(sheet: Sheet) -> str:
     plain = [re.sub(r"\s*\(.*", "", n).strip().lower() for n in sheet.names]
     counters = (*_COUNTERS, *(_TOTALS if all(n in plain for n in _TOTALS) else ()))
     telling = [n for n, bare in zip(sheet.names, plain, strict=True) if _CHANNEL.match(n) or bare in counters]
-    above = line_above(sheet, r"wavematrix")
-    if above is not None:
-        return f"{channels(sheet)}, WaveMatrix named in line {above[0]}"
+    above = named_above(sheet, r"wavematrix")
+    if above:
+        return f"{channels(sheet)}, {above}"
     return f'{channels(sheet)}, with "{telling[0]}" among them, units in the names' if telling else ""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from calib.lab.instruments.family import InstrumentFamily, channel_names, channels, line_above, needs
+from calib.lab.instruments.family import InstrumentFamily, channel_names, channels, named_above, needs
 from calib.lab.instruments.sheet import Sheet
 
 _NAMES = ("standardkraft", "standardweg", "standard force", "standard travel", "prüfzeit", "traversenweg absolut")
@@ -10,9 +10,9 @@ _NAMES = ("standardkraft", "standardweg", "standard force", "standard travel", "
 
 def recognise(sheet: Sheet) -> str:
     """Recognise ZwickRoell testXpert by its channel names, or by its name above them."""
-    above = line_above(sheet, r"testxpert|zwick")
-    if above is not None:
-        return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
+    above = named_above(sheet, r"testxpert|zwick")
+    if above:
+        return f"{channels(sheet)}, {above}"
     own = [n for n in channel_names(sheet) if n in _NAMES]
     if not own:
         return ""
