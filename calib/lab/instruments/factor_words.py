@@ -41,7 +41,7 @@ _BARE = re.compile(rf"(?:by|durch|over|über|par|por|entre|per|x|k\s?=|×)\s?{_N
 _NO_FACTOR = re.compile(r"1(?:[.,]0+)?|(?:19|20)\d\d")
 # Numbers that stand free, of no unit, and words before or behind those that count something.
 _FREE = re.compile(
-    r"(?<![\w.,/-])[+-]?\d+(?:[.,]\d+)?(?![\w/]|[.,]\d)(?!-\d)(?!\s?(?:[mkµμun]?[NVm]|kg|gf?|k?Hz|mV/V|°C|s|min|pF|nF)(?![^\W_]))"
+    r"(?<![\w.,/-])[+-]?\d+(?:[.,]\d+)?(?![\w/]|[.,]\d)(?!-\d)(?!\s?(?:[mkcdµμun]?[NVms]|kg|gf?|lbf?|in|k?Hz|mV/V|°C|min|h|[pn]F)(?![^\W_]))"
 )
 _COUNTING = re.compile(
     r"(?<![^\W_])(?:run|test|try|rev(?:ision)?|ver(?:sion)?|unit|part|set|step|no|nr|number|probe|versuch|lauf|messung|essai|prueba|prova|"
