@@ -17,11 +17,42 @@ _LETTERS = re.compile(r"[^\W\d_]+")
 _SAYS_COLUMNS = re.compile(
     r"\s*[#%/]*\s*(?:columns?|fields?|header|names|spalten|colonnes|columnas|colonne)\s*[:=]\s*", re.IGNORECASE
 )
+# The line of types below the names of a table that R prints.
+_TYPES = re.compile(r"\s*<(?:dbl|int|chr|lgl|dttm|fct|date|time|num)>(?:\s+<(?:dbl|int|chr|lgl|dttm|fct|date|time|num)>)+\s*")
 # A word and a colon before the cells of a line, and before several numbers.
 _WORD = re.compile(r"\s*(?P<word>[^\W\d_][\w-]{0,15})\s*:\s*(?P<cells>.+)")
 _NUMBERS = re.compile(r"[-+]?[\d.][\d.:eE+-]*\s*[,;\t|\s]\s*[-+]?[\d.].*")
 # The fewest rows, and which share of the lines are so.
 _FEWEST, _NEARLY_ALL = 5, 0.9
+
+
+def of_tracker(lines: Sequence[str]) -> list[str]:
+    """The lines of a table of an issue tracker, names between double strokes, with tabs between its cells; [] of any other.
+
+    >>> of_tracker(["||t (s)||F (N)||", *["|0.0|0.1|"] * 5])[:2]
+    ['t (s)\\tF (N)', '0.0\\t0.1']
+    """
+    first = next((k for k, line in enumerate(lines) if line.strip().startswith("||")), len(lines))
+    rows = [line.strip() for line in lines[first + 1 :] if line.strip()]
+    if len(rows) < _FEWEST or sum(row[:1] == "|" == row[-1:] for row in rows) < _NEARLY_ALL * len(rows):
+        return []
+    framed = [
+        line.strip() if line.strip()[:1] == "|" == line.strip()[-1:] and k >= first else "" for k, line in enumerate(lines)
+    ]
+    names = "\t".join(cell.strip() for cell in framed[first].strip("|").split("||")) if framed[first] else ""
+    cells = ["\t".join(cell.strip() for cell in line[1:-1].split("|")) if line else "" for line in framed]
+    bare = [own if line else old for own, line, old in zip(cells, framed, lines, strict=True)]
+    return [names if k == first else line for k, line in enumerate(bare)] if names else []
+
+
+def of_tibble(lines: Sequence[str]) -> list[str]:
+    """The lines of a table as R prints it without that of the types of its columns; [] of any other.
+
+    >>> of_tibble(["  t_s   F_N", "<dbl> <dbl>", "1 0.0 0.1"])
+    ['  t_s   F_N', '', '1 0.0 0.1']
+    """
+    types = [_TYPES.fullmatch(line) is not None for line in lines]
+    return ["" if of_types else line for line, of_types in zip(lines, types, strict=True)] if sum(types) == 1 else []
 
 
 def of_wiki(lines: Sequence[str]) -> list[str]:

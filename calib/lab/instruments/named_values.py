@@ -161,8 +161,8 @@ def _of_each_line(text: LabText) -> _Found | None:
         if own == names or (_are_among(own, names) and {*always} <= {*own}):
             before = next((row[names.index(own[-1])][0] for row in reversed(rows) if row[names.index(own[-1])][0]), "")
             cut_short = last and (_decimals(found[-1][1]) != _decimals(before) or (own != names and own[-1] != always[-1]))
-            held = {name: (value, unit) for name, value, unit in found}
-            rows.append([held.get(name, ("", "")) for name in names])
+            by_name = {name: (value, unit) for name, value, unit in found}
+            rows.append([by_name.get(name, ("", "")) for name in names])
             lines.append(number)
         elif not last:
             shown, wanted = line.strip()[:60], ", ".join(names)

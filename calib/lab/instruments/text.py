@@ -14,7 +14,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import kind_of_unit, without_brackets
 from calib.lab.instruments.characters import BLANKS_OF_NO_WIDTH, DIRECTIONS, ORDER_OF_BYTES, with_plain_characters
-from calib.lab.instruments.framed import of_array, of_wiki, without_words_before
+from calib.lab.instruments.framed import of_array, of_tibble, of_tracker, of_wiki, without_words_before
 from calib.lab.instruments.loggers import may_be_logged, without_loggers
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.odd_delimiters import with_usual_delimiters
@@ -112,6 +112,16 @@ _OF_SIGNALS = 20_000
 # Layouts whose columns are named elsewhere than above them: what shows one, the lines with the names above, and a note.
 _NAMED_ELSEWHERE = (
     (MAY_BE_OF_DATE, with_dates_in_figures, "the dates and times in words before the cells of each line are read in figures"),
+    (
+        re.compile(r"^\s*\|\|.*\|\|\s*$", re.MULTILINE),
+        of_tracker,
+        "the table is one of an issue tracker: its marks are taken off",
+    ),
+    (
+        re.compile(r"^\s*<[a-z]{3,4}>\s+<", re.MULTILINE),
+        of_tibble,
+        "the line of the types of the columns, as R prints it, is passed by",
+    ),
     (re.compile(r"\A\s*\{\|"), of_wiki, "the table is one of a wiki: its marks are taken off"),
     (re.compile(r"^\s*\[{1,2}\s*[-+\d]", re.MULTILINE), of_array, "the brackets of a printed array are taken off"),
     (

@@ -140,3 +140,13 @@ def test_a_line_that_names_another_value_is_still_refused(tmp_path: Path) -> Non
     lines[30] = "t=3.0 s G=0.2 N z=0.3 mm"
     with pytest.raises(InputError, match="does not name the values"):
         read(tmp_path, lines)
+
+
+def test_a_table_of_an_issue_tracker_is_read(tmp_path: Path) -> None:
+    is_press(read(tmp_path, ["||Time (s)||Depth (mm)||Force (N)||", *(f"|{t}|{x}|{f}|" for t, x, f in ROWS)]))
+
+
+def test_a_table_as_r_prints_it_is_read_without_its_line_of_types(tmp_path: Path) -> None:
+    rows = [f"{k:3d} {t:6.1f} {x:8.4f} {f:8.4f}" for k, (t, x, f) in enumerate(ROWS, 1)]
+    head = ["# A tibble: 60 x 3", "    time_s  disp_mm  force_N", "     <dbl>    <dbl>    <dbl>"]
+    is_press(read(tmp_path, [*head, *rows]))
