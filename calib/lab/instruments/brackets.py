@@ -94,8 +94,7 @@ _RATIO = re.compile(r"(?<![\w.:/])(?!(\d+)\s?:\s?\1(?!\d))[1-9]\d*\s?:\s?[1-9]\d
 # The same before a name; "2 Load" is a channel, "10 N cell" a cell of that reach.
 _LEADING = re.compile(
     r"\s*(?:(?:x ?10+|[*×·/:@÷]\s*\d[\d.,e^+-]*)(?=[\s_])|(?!1\s*[x×*·])\d+(?:[.,]\d+)?(?:e[+-]?\d+|\s?(?:\^|\*\*)\s?[+-]?\d+)?"
-    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+))|"
-    r"(?!1[^\d.,])\d+(?:[.,]\d+)?(?=(?-i:[FPLC])\s?[(\[]))",
+    r"(?:\s?[×*·]\s?|\s?x\s|\s(?:times|mal|fois)\s)(?=[^\W\d])|(?P<power>10{1,8}|0[.,]0*1|10\^-?\d+|1?e[+-]?\d+)\s+(?=(?P<word>[^\W\d_]+)))",
     re.IGNORECASE,
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
