@@ -99,6 +99,8 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
         if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or width_of_row(written):
             continue
+        if written == text.lines[index - 1] and text.lines[index + 1 : index + 2] == (written,):
+            continue  # the same in line after line
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
             if delimiter == " " and ((found is not None and found[0] != " " and best[0]) or text.typed):
