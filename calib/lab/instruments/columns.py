@@ -342,7 +342,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for part in parts
     ]
     contradicting, faults = rows_astray(sheet, columns, usable, reading)
-    if contradicting and another_zero(sheet, columns, usable, reading).faults:
+    if len(contradicting) == 1 and another_zero(sheet, columns, usable, reading).faults:
         contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
