@@ -85,7 +85,7 @@ class _Channel:
 
 def rows_astray(
     sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading
-) -> tuple[dict[str, dict[int, str]], list[Fault]]:
+) -> tuple[dict[str, dict[int, str]], set[int], list[Fault]]:
     """Why rows are not used in which a channel contradicts the others, and the faults of columns that do so too often.
 
     A unit that stands in the file and that the user says once more says that the readings are right.
@@ -99,7 +99,8 @@ def rows_astray(
 
     Returns
     -------
-    Quantity -> row from 0 -> why it is not usable; and the faults.
+    Quantity -> row from 0 -> why it is not usable; the rows in which load and capacitance both contradict the displacement; and
+    the faults.
     """
     found = astray(values)
     lost: dict[str, dict[int, str]] = {}
@@ -122,7 +123,7 @@ def rows_astray(
             line = int(sheet.lines[runs[0].rows[0]])
             faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))
         lost[column.quantity] = rows
-    return lost, faults
+    return lost, {r for run in found if run.beside and run.quantity in lost for r in run.rows}, faults
 
 
 def _in_words(sheet: Sheet, column: ReadColumn, run: Astray, reading: Reading, others: str) -> str:

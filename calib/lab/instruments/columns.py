@@ -342,9 +342,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for c, parts in rounded.items()
         for part in parts
     ]
-    contradicting, faults = rows_astray(sheet, columns, usable, reading)
-    if len(contradicting) == 1 and another_zero(sheet, columns, usable, reading).faults:
-        contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
+    contradicting, both, faults = rows_astray(sheet, columns, usable, reading)
+    for quantity in contradicting:
+        usable[quantity][list(both)] = np.nan
+    if contradicting and another_zero(sheet, columns, usable, reading).faults:
+        # A counter that overflowed and came back is told as that.
+        contradicting, faults = {q: {r: why for r, why in rows.items() if r in both} for q, rows in contradicting.items()}, []
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
     faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable, reading)]
