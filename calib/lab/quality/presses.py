@@ -32,6 +32,8 @@ def check_presses(obs: Observations, c: LoadingBranch) -> Grade | None:
     """
     if obs.displacement is None or obs.use.branch == "unloading" or obs.n_cycle < 2 or not obs.used_cycles:
         return None
+    if obs.table.zeroed.get("displacement"):
+        return None  # the same displacement is another place
     values = channel_values(obs, c.name)
     own = _way_in(obs, values, obs.used_cycles[0])
     found: list[tuple[int, float]] = []
