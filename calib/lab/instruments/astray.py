@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,8 @@ _ALIKE = 0.25
 _MOST_OF_ALL = 0.25
 # A place is told by a load that is off rest by such a share of its range.
 _IN_CONTACT = 0.1
+# What a machine drives; two channels leave their course together if they share so much of their rows.
+_DRIVEN, _SAME_ROWS = "displacement", 0.8
 # A load that is so near to rest may be one of no contact.
 _OUT_OF_CONTACT = 0.03
 
@@ -58,11 +60,13 @@ class Astray:
     ----------
     quantity, rows : which channel, and where, in order.
     near : what the readings on either side are, in the unit of the readings.
+    beside : another channel that leaves its course in the same rows, both against the displacement; "" without one.
     """
 
     quantity: str
     rows: tuple[int, ...]
     near: tuple[float, float]
+    beside: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +85,7 @@ class _Channel:
 
 def rows_astray(
     sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading
-) -> tuple[dict[str, dict[int, str]], list[Fault]]:
+) -> tuple[dict[str, dict[int, str]], set[int], list[Fault]]:
     """Why rows are not used in which a channel contradicts the others, and the faults of columns that do so too often.
 
     A unit that stands in the file and that the user says once more says that the readings are right.
@@ -95,7 +99,8 @@ def rows_astray(
 
     Returns
     -------
-    Quantity -> row from 0 -> why it is not usable; and the faults.
+    Quantity -> row from 0 -> why it is not usable; the rows in which load and capacitance both contradict the displacement; and
+    the faults.
     """
     found = astray(values)
     lost: dict[str, dict[int, str]] = {}
@@ -104,8 +109,9 @@ def rows_astray(
         runs = [run for run in found if run.quantity == column.quantity]
         if not runs or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
             continue
-        others = " and ".join(dict.fromkeys(_name(q) for q in values if q in SMOOTH and _name(q) != _name(column.quantity)))
-        rows = {r: _in_words(sheet, column, run, reading, others) for run in runs for r in run.rows}
+        names = dict.fromkeys(_name(q) for q in values if q in SMOOTH and _name(q) != _name(column.quantity))
+        others = " and ".join(name for name in names if name != runs[0].beside)
+        rows = {r: _in_words(sheet, column, run, reading, " and ".join(names)) for run in runs for r in run.rows}
         if len(rows) > _MOST_OF_ALL * np.count_nonzero(np.isfinite(values[column.quantity])):
             shown = sheet.columns[column.index][runs[0].rows[0]].strip()[:40]
             message = f'column "{sheet.names[column.index]}" contradicts {others} in {len(rows)} rows, first by "{shown}"'
@@ -117,7 +123,7 @@ def rows_astray(
             line = int(sheet.lines[runs[0].rows[0]])
             faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))
         lost[column.quantity] = rows
-    return lost, faults
+    return lost, {r for run in found if run.beside and run.quantity in lost for r in run.rows}, faults
 
 
 def _in_words(sheet: Sheet, column: ReadColumn, run: Astray, reading: Reading, others: str) -> str:
@@ -125,8 +131,9 @@ def _in_words(sheet: Sheet, column: ReadColumn, run: Astray, reading: Reading, o
     cells, (first, last) = sheet.columns[column.index], (run.rows[0], run.rows[-1])
     unit = unit_in_words(sheet, column.index, column.heading, reading)
     near = " and ".join(f"{value / column.factor:.4g} {unit}".rstrip() for value in run.near)
+    does = f", as {run.beside} does, contradicts {_DRIVEN}" if run.beside else f" contradicts {others}"
     return (
-        f"{_name(column.quantity)} contradicts {others} in lines {int(sheet.lines[first])} to {int(sheet.lines[last])} "
+        f"{_name(column.quantity)}{does} in lines {int(sheet.lines[first])} to {int(sheet.lines[last])} "
         f'("{cells[first].strip()[:40]}" to "{cells[last].strip()[:40]}"): beside them it is {near}'
     )
 
@@ -141,7 +148,8 @@ def astray(values: Mapping[str, FloatArray]) -> list[Astray]:
     As a ball is pressed in, load, place and capacitance go up together: a reading at a place between two others of the same way
     is between theirs, and none beyond one of them falls below. A run of which every row contradicts all other channels in this,
     and that begins and ends with a step that none of them shows, was not measured: a load cell without its lead, a lost sign, a
-    value of before. A slip, a pull-off, a hold and a retreat are none of this: they do not come back at once, or are shown.
+    value of before. So were not, beside a displacement, load and capacitance that both do so together. A slip, a pull-off, a
+    hold and a retreat are none of this: they do not come back at once, or are shown.
 
     Parameters
     ----------
@@ -158,7 +166,30 @@ def astray(values: Mapping[str, FloatArray]) -> list[Astray]:
         found += more
         if not more:
             break
-    return sorted(found, key=lambda run: run.rows)
+    return sorted([*found, *_both_astray(left)], key=lambda run: run.rows)
+
+
+def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
+    """The runs in which load and capacitance leave their course together, and come back at once to where the ball goes on.
+
+    Each is held against the displacement alone, as in a record that has nothing else. What a program read of both may be
+    nothing, or of another time, where the machine's displacement is right.
+    """
+    found: list[Astray] = []
+    for capacitance in (q for q in SMOOTH[2:] if {_DRIVEN, "force"} <= values.keys() and q in values):
+        runs: dict[str, list[Astray]] = {}
+        for quantity in ("force", capacitance):
+            pair = {q: _channel(values[q]) for q in (quantity, _DRIVEN)}
+            channels = {q: c for q, c in pair.items() if c is not None}
+            if len(channels) < len(pair) or not (runs_of := _of_channel(quantity, channels)):
+                break
+            runs[quantity] = [r for r in runs_of if quantity != "force" or not sticking(values, r.rows)]
+        for one in runs["force"] if len(runs) > 1 else ():
+            for other in runs[capacitance]:
+                both = len({*one.rows} & {*other.rows})
+                if both > _SAME_ROWS * max(len(one.rows), len(other.rows)):
+                    found += [replace(one, beside=_name(capacitance)), replace(other, beside="force")]
+    return found
 
 
 def _channel(values: FloatArray) -> _Channel | None:
@@ -267,7 +298,9 @@ def _contradicts(quantity: str, own: _Channel, first: int, last: int, floor: flo
 def _may_stick(own: _Channel, y: FloatArray, before: float, after: float, floor: float) -> bool:
     """Whether a load pulls, and does not press, beside an end out of contact, as of a ball that sticks and snaps off."""
     rest = _rest(own)
-    press = np.sign(before + after - 2 * rest) or 1.0
+    # Where both sides are at rest the whole record tells which way the load presses.
+    level = before + after - 2 * rest
+    press = np.sign(level if abs(level) > floor else float(np.mean(own.y)) - rest) or 1.0
     pulls = float(np.max((y - rest) * press)) < -floor / 2
     return pulls and min(abs(before - rest), abs(after - rest)) < max(floor, _OUT_OF_CONTACT * own.span)
 

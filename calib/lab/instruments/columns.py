@@ -34,6 +34,7 @@ from calib.lab.instruments.long_form import never_together, one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
 from calib.lab.instruments.numbers import is_missing
+from calib.lab.instruments.of_other_rows import of_other_rows
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import clocks_beside, of_another_clock, of_one_time, second_clock, twin_axes
 from calib.lab.instruments.own_ways import with_plain_numbers
@@ -328,7 +329,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
                 _append(reasons, r, in_words(cells[quantity][r], near / column.factor, unit))
                 values[quantity][r] = np.nan
         faults += implausible(sheet, values, places, decimals, reading)
-    faults = faults or upside_down(sheet, columns, values, reading)
+    faults = faults or of_other_rows(sheet, columns, values, reading) or upside_down(sheet, columns, values, reading)
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
@@ -341,9 +342,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         for c, parts in rounded.items()
         for part in parts
     ]
-    contradicting, faults = rows_astray(sheet, columns, usable, reading)
+    contradicting, both, faults = rows_astray(sheet, columns, usable, reading)
+    for quantity in contradicting:
+        usable[quantity][list(both)] = np.nan
     if contradicting and another_zero(sheet, columns, usable, reading).faults:
-        contradicting, faults = {}, []  # a counter that overflowed and came back is told as that
+        # A counter that overflowed and came back is told as that.
+        contradicting, faults = {q: {r: why for r, why in rows.items() if r in both} for q, rows in contradicting.items()}, []
     for quantity, lost in contradicting.items():
         usable[quantity][list(lost)] = np.nan
     faults = [*faults, *exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable, reading)]

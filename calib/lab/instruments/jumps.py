@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from calib.lab.instruments.explained import Beside
 from calib.lab.instruments.explained import beside as held_beside
 from calib.lab.instruments.followed import followed
 from calib.lab.instruments.labtable import IntArray
@@ -61,10 +62,16 @@ _OF_SCALE, _AS_STEEP = 0.02, 3.0
 _WOULD_SHOW = 5.0
 # A load shows nothing of a jump if it is off its course by less than this share of what it would show.
 _UNSEEN = 0.1
+# A jump that another channel shows is at most so many times what the slope beside makes of it.
+_IN_PROPORTION = 2.0
+# Over a pause a load may come back to a part more, but not to so many times itself.
+_OVER_A_PAUSE = 1.5
 # Steps of time that are a pause.
 _PAUSE = 4.0
 # A force that is so far, as a share of its range, from where it began is one of contact.
 _IN_CONTACT = 0.2
+# One that is not farther than that may be one of a touch.
+_AT_TOUCH = 0.03
 # A capacitance that is back on its course within this share of the jump, and after such a share of the rows, was lost.
 _BACK, _LOST = 0.2, 0.2
 
@@ -303,9 +310,14 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             continue
         turns = np.searchsorted(course.first, turns_of(values[next(iter(others))])) if others else _NONE
         times = times_noise(course.y, at, course.off(at), turns)
-        seen = _shared(course, at, others) & ~_too_large(quantity, course, at, beside)
+        seen = np.zeros(at.size, dtype=bool)
         for q, other in others.items():
-            seen |= held_beside(course.y, beside[q].y, at, course.noise, other.noise).explained
+            held = held_beside(course.y, beside[q].y, at, course.noise, other.noise)
+            shared = _shared(course, at, {q: other}) & ~_too_large(quantity, course, at, beside)
+            if quantity in CAPACITANCES:
+                seen |= shared | held.explained
+            else:
+                seen |= (shared & ~_out_of_proportion(course, beside[q], at, held, other.noise)) | held.explained
         if quantity == "force" and "displacement" in others:
             seen &= ~_set_to_zero(course, at, beside["displacement"].y, others["displacement"].noise)
         few, rest, own = max(2, _SHARE * course.y.size), at[times > _IS_MORE], at[~seen]
@@ -354,6 +366,29 @@ def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share:
             resampled = _Course(np.interp(course.first, other.first, other.y), course.first, course.end)
             seen |= np.isin(at, _steps_apart(resampled.steps, other.span, share, share, floor))
     return seen
+
+
+def _out_of_proportion(course: _Course, other: _Course, at: IntArray, held: Beside, noise: float) -> BoolArray:
+    """Whether jumps in contact are far more than the slope beside them makes of what another channel does there.
+
+    What is far smaller may have come with the fault, as where a lead was touched, but does not make it. A touch, a snap and a
+    pull-off, in which a load may jump by more, begin at none.
+    """
+    rest = float(np.median(course.y[: max(1, min(_NEAR, course.y.size // 10))]))
+    steps, slope = course.steps[at], np.fmax(np.abs(held.before), np.abs(held.behind))
+    before, after = course.y[at] - rest, course.y[at + 1] - rest
+    same_side = before * after > 0
+    pressed = np.abs(before) > _IN_CONTACT * course.span
+    pressed |= same_side & (np.abs(before) > _AT_TOUCH * course.span) & (np.abs(after) > _IN_CONTACT * course.span)
+    # The clocks of two instruments may differ by a row.
+    near = np.clip(at[:, None] + np.arange(-1, 2), 0, other.steps.size - 1)
+    moved = np.max(other.off(near), axis=1) + _SEEN_NOISES * noise
+    with np.errstate(invalid="ignore"):
+        found = np.abs(steps) > _IN_PROPORTION * slope * moved + _SEEN_NOISES * course.noise
+        usual = np.nan_to_num(np.sign(held.before + held.behind))
+    # Where it goes on the same side of rest, another channel that goes the other way does not make it either.
+    ways = other.steps[near[np.arange(at.size), np.argmax(other.off(near), axis=1)]] * usual * steps
+    return np.asarray(pressed & (found | (same_side & (ways < 0))), dtype=bool)
 
 
 def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str, _Course]) -> BoolArray:
@@ -462,7 +497,9 @@ def _or_scaled(
         return judged, 1.0
     # A load may fall to a part of itself, as by a slip, unless a capacitance would show it.
     may_slip = quantity == "force" and 0 < found.factor < 1 and not found.by & set(CAPACITANCES)
-    if found.kind and not pause and not may_slip:
+    # Within a pause a sample relaxes, or recovers.
+    sure = not pause or found.factor < 0 or found.factor > _OVER_A_PAUSE
+    if found.kind and sure and not may_slip:
         return (SCALED, _SIGN if found.factor < 0 else _RANGE), found.factor
     or_range = f", or from there on they are {found.factor:.2g} times what they were"
     if judged is not None and judged[0] == ZERO:

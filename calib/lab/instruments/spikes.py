@@ -80,8 +80,9 @@ def alone(values: Mapping[str, FloatArray], time: FloatArray | None = None) -> d
     """Find readings that leave those beside them and come back at once, as nothing does that a tester presses on.
 
     At a turn, a touch or a snap the steps beside a reading are as large as its own, and it is left alone; and so is what force
-    and capacitance show both, as something has happened then. No crosshead comes back at once. Where rows are missing, or were
-    written at uneven times, a reading that goes on as those beside it over time does not stand alone.
+    and capacitance show both, as something has happened then, unless there is a displacement that does not: nothing comes back
+    at once to where the ball goes on, so that both were not measured. No crosshead comes back at once. Where rows are missing,
+    or were written at uneven times, a reading that goes on as those beside it over time does not stand alone.
 
     Parameters
     ----------
@@ -92,13 +93,13 @@ def alone(values: Mapping[str, FloatArray], time: FloatArray | None = None) -> d
     -------
     Quantity -> row -> what the readings beside it are near to, in their unit.
     """
-    found = _alone(values)
+    found = _alone_or_both(values)
     if not found or time is None or (places := _places(time)) is None:
         return found
     spread = {q: np.full(int(places[-1]) + 1, np.nan) for q in values}
     for quantity, own in spread.items():
         own[places] = values[quantity]
-    over_time = _alone(spread)
+    over_time = _alone_or_both(spread)
     near = {q: {r: over_time.get(q, {}).get(int(places[r])) for r in rows} for q, rows in found.items()}
     told = {q: {r: v for r, v in rows.items() if v is not None} for q, rows in near.items()}
     return {q: rows for q, rows in told.items() if rows}
@@ -115,8 +116,36 @@ def _places(time: FloatArray) -> IntArray | None:
     return np.concatenate([[0], np.cumsum(apart)]) if np.any(apart > 1) else None
 
 
+def _alone_or_both(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
+    """Find readings that stand alone, row by row, as `alone` does: of one channel, and of load and capacitance together."""
+    found = _alone(values)
+    for capacitance in (q for q in SMOOTH[2:] if {"displacement", "force"} <= values.keys() and q in values):
+        pair = ("force", capacitance)
+        if not all(_runs_of(values[q]) for q in pair):
+            continue
+        # Each beside the ball alone: what both do there while it goes on has not happened.
+        each = {q: _alone({"displacement": values["displacement"], q: values[q]}).get(q, {}) for q in pair}
+        both = [r for r in each["force"] if r in each[capacitance]]
+        ball = {r for r in both if r not in found.get("displacement", {}) and _is_beside(values["displacement"], r)}
+        for q in pair if ball else ():
+            found[q] = {**found.get(q, {}), **{r: each[q][r] for r in ball}}
+    return found
+
+
+def _is_beside(values: FloatArray, row: int) -> bool:
+    """Whether a reading is no farther from those beside it than these are from each other, and its noise."""
+    there = np.isfinite(values)
+    if not there[row]:
+        return False
+    rows = np.flatnonzero(there)
+    k = int(np.searchsorted(rows, row))
+    near = np.delete(values[rows[max(k - _BESIDE, 0) : k + _BESIDE + 1]], min(k, _BESIDE))
+    room = float(np.ptp(near)) / near.size + _KEEPS * noise_of(values[rows])
+    return bool(np.min(near) - room <= values[row] <= np.max(near) + room)
+
+
 def _alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
-    """Find readings that stand alone, row by row, as `alone` does."""
+    """Find readings that stand alone, row by row, each channel beside all others."""
     channels = {q: values[q] for q in SMOOTH if q in values}
     found = {q: _runs_of(y) for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}

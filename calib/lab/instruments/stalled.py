@@ -82,6 +82,7 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
     reading : what the user says of the file.
     """
     told = Stalled()
+    both = _both_still(sheet, columns, values)
     for column, rows in judged_columns(sheet, columns, values, reading, _JUDGED, _FEWEST):
         y = values[column.quantity]
         filled = _filled(rows, y)
@@ -114,7 +115,47 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
                 _tell_filled(sheet, column, first + 1, last, told)  # no range ends for good
             else:
                 _tell(sheet, column, first, last, kind, told)
+        for first, last, kind in both.get(column.quantity, ()):
+            _tell(sheet, column, first, last, kind, told, "only the ball goes on")
     return told
+
+
+def _both_still(
+    sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray]
+) -> dict[str, list[tuple[int, int, str]]]:
+    """Of load and capacitance the runs in which both stand still together while the ball goes on, as `_runs` gives them.
+
+    What a program read of both was old there. One of them shows it beside the ball alone; the other, which may scatter by more
+    than it moves, stands there for longer than it does elsewhere. A hold, in which nothing moves, is none of this.
+    """
+    both: dict[str, list[tuple[int, int, str]]] = {}
+    own = [c for c in columns if c.quantity in _JUDGED[1:] and c.quantity in values]
+    if "displacement" not in values or len({_name(c.quantity) for c in own}) < 2:
+        return both
+    ball = {"displacement": values["displacement"]}
+    still = {c.quantity: _standing(values[c.quantity]) for c in own}
+    for column in own if all(still.values()) else ():
+        rows = np.flatnonzero(np.isfinite(values[column.quantity]))
+        written = last_digit(sheet.columns[column.index], rows) * column.factor
+        for run in _runs(rows, values[column.quantity], ball, written, driven=False):
+            for other in (c.quantity for c in own if _name(c.quantity) != _name(column.quantity) and run[2] != "end"):
+                with_it = [ends for ends in still[other] if max(abs(ends[0] - run[0]), abs(ends[1] - run[1])) <= 1]
+                for ends, quantity in [(run[:2], column.quantity), *((ends, other) for ends in with_it[:1])]:
+                    if with_it and not any(ends[0] == known[0] for known in both.get(quantity, ())):
+                        both.setdefault(quantity, []).append((*ends, run[2]))
+    return both
+
+
+def _standing(values: FloatArray) -> list[tuple[int, int]]:
+    """The first and the last row of runs in which readings stand still for longer than they do elsewhere."""
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size < _FEWEST:
+        return []
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(values[rows]) != 0) + 1])
+    lengths = np.diff(np.append(starts, rows.size))
+    usual = float(np.quantile(lengths[(lengths < _RUN) | (lengths <= np.median(lengths))], 0.9))
+    long = np.flatnonzero((lengths >= _RUN) & (lengths >= _USUAL * usual))
+    return [(int(rows[starts[k]]), int(rows[starts[k] + lengths[k] - 1])) for k in long.tolist()]
 
 
 def _held(y: FloatArray, rows: IntArray, others: Mapping[str, FloatArray]) -> int:
@@ -137,7 +178,9 @@ def _held(y: FloatArray, rows: IntArray, others: Mapping[str, FloatArray]) -> in
     return every if goes_on else 0
 
 
-def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, told: Stalled) -> None:
+def _tell(
+    sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, told: Stalled, others: str = "the other channels go on"
+) -> None:
     cells, name = sheet.columns[column.index], _name(column.quantity)
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     shown = f'"{cells[first].strip()[:40]}"'
@@ -149,7 +192,7 @@ def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, to
         )
     elif kind == "late":
         message = (
-            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on, and the readings '
+            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while {others}, and the readings '
             "behind go on from there: they may be late by as many rows"
         )
         advice = (
@@ -159,7 +202,7 @@ def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, to
         told.faults.append(Fault(message, sheet.text.path, int(sheet.lines[first]), column.index + 1, advice=advice))
     else:
         then = ", as at an end of its range" if kind == "beyond" else ", and catches up behind"
-        why = f"{name} stands still in {lines} ({shown}) while the other channels go on{then}"
+        why = f"{name} stands still in {lines} ({shown}) while {others}{then}"
         lost = range(first + (kind != "beyond"), last + 1)
         told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(lost, why))
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.jumps import CAPACITANCES
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -47,35 +48,57 @@ def upside_down(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
     values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
     reading : what the user says of the file.
     """
+    judged = [c for c in columns if c.quantity in SMOOTH and c.quantity in values]
     faults = []
-    for column in columns:
-        if column.quantity not in SMOOTH or column.quantity not in values:
-            continue
-        own, quantity = values[column.quantity], IN_PLACE_OF.get(column.quantity, column.quantity)
-        rows = np.flatnonzero(np.isfinite(own))
-        if rows.size < _FEWEST or not _leaps(own[rows], np.diff(own[rows])):
-            continue
-        beside = [values[q] for q in SMOOTH if q in values and IN_PLACE_OF.get(q, q) != quantity]
-        there = [np.flatnonzero(np.isfinite(other)) for other in beside]
-        others = [np.interp(rows, at, other[at]) for at, other in zip(there, beside, strict=True) if at.size]
-        block = _block(own[rows], others) if rows.size >= _FEWEST and others else None
-        if block is None or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
-            continue
-        first, last = (int(rows[k]) for k in block)
-        lines, cells = (int(sheet.lines[first]), int(sheet.lines[last])), sheet.columns[column.index]
-        message = (
-            f'column "{sheet.names[column.index]}": the cells of lines {lines[0]} to {lines[1]} seem to stand in reversed '
-            f'order ("{cells[first].strip()[:40]}" to "{cells[last].strip()[:40]}"): put round, they go on from those '
-            "before and behind"
-        )
-        unit = unit_in_words(sheet, column.index, column.heading, reading)
-        advice = (
-            "Put these cells round again, or export the record again, or leave the column out: "
-            f"{Choice('columns', ('none',), quantity)}; if they are right, let the header name the unit and say it once more: "
-            f"--units {quantity}={unit}"
-        )
-        faults.append(Fault(message, sheet.text.path, lines[0], column.index + 1, advice=advice))
+    for column in judged:
+        beside = [values[q] for q in SMOOTH if q in values and _name(q) != _name(column.quantity)]
+        block = _block_of(values[column.quantity], beside)
+        if block is not None and not is_confirmed(sheet, column.index, column.heading, column.factor, reading):
+            faults.append(_fault(sheet, [column], block, reading))
+    ball = [values["displacement"]] if "displacement" in values and not faults else []
+    forces, others = ([c for c in judged if (c.quantity == "force") == of_force] for of_force in (True, False))
+    for one, other in ((a, b) for a in forces for b in others if b.quantity in CAPACITANCES and ball):
+        # Load and capacitance that were put round together each seem to be shown by the other.
+        blocks = [_block_of(values[c.quantity], ball) for c in (one, other)]
+        said = any(is_confirmed(sheet, c.index, c.heading, c.factor, reading) for c in (one, other))
+        if blocks[0] is not None and blocks[0] == blocks[1] and not said:
+            faults.append(_fault(sheet, [one, other], blocks[0], reading))
     return faults
+
+
+def _name(quantity: str) -> str:
+    return IN_PLACE_OF.get(quantity, quantity)
+
+
+def _block_of(own: FloatArray, beside: Sequence[FloatArray]) -> tuple[int, int] | None:
+    """The first and the last row of a block of a channel that stands in reversed order beside others; None without one."""
+    rows = np.flatnonzero(np.isfinite(own))
+    if rows.size < _FEWEST or not _leaps(own[rows], np.diff(own[rows])):
+        return None
+    there = [np.flatnonzero(np.isfinite(other)) for other in beside]
+    others = [np.interp(rows, at, other[at]) for at, other in zip(there, beside, strict=True) if at.size]
+    block = _block(own[rows], others) if others else None
+    return (int(rows[block[0]]), int(rows[block[1]])) if block is not None else None
+
+
+def _fault(sheet: Sheet, columns: Sequence[ReadColumn], block: tuple[int, int], reading: Reading) -> Fault:
+    """What to say of columns of which the same block stands in reversed order."""
+    first, last = block
+    column, lines = columns[0], (int(sheet.lines[first]), int(sheet.lines[last]))
+    cells, quantity = sheet.columns[column.index], _name(column.quantity)
+    names = " and ".join(f'"{sheet.names[c.index]}"' for c in columns)
+    message = (
+        f"column{'s' if len(columns) > 1 else ''} {names}: the cells of lines {lines[0]} to {lines[1]} seem to stand in "
+        f'reversed order ("{cells[first].strip()[:40]}" to "{cells[last].strip()[:40]}"): put round, they go on from those '
+        "before and behind"
+    )
+    unit = unit_in_words(sheet, column.index, column.heading, reading)
+    leave = f"leave the column out: {Choice('columns', ('none',), quantity)}" if len(columns) == 1 else "remove these lines"
+    advice = (
+        f"Put these cells round again, or export the record again, or {leave}; if they are right, let the header name the unit "
+        f"and say it once more: --units {quantity}={unit}"
+    )
+    return Fault(message, sheet.text.path, lines[0], column.index + 1, advice=advice)
 
 
 def _block(y: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | None:

@@ -9,6 +9,7 @@ from calib.lab.quality.grade import Grade
 from calib.lab.quality.leap import check_leap
 from calib.lab.quality.loading import loading_branch
 from calib.lab.quality.material import check_compliance, check_hysteresis, check_relaxation
+from calib.lab.quality.presses import check_presses
 from calib.lab.quality.readings import (
     check_clipping,
     check_early,
@@ -53,6 +54,7 @@ def judge(
             continue  # all other numbers would be shares of noise
         grades += [check_size(c), check_resolution(c), check_clipping(obs, c)]
         grades += [check_early(obs, c), check_late(obs, c), check_turn(obs, c), check_leap(obs, c)]
+        grades.append(check_presses(obs, c))
         grades += [check_start(obs, c), check_drift(obs, c), check_return(obs, c), check_relaxation(obs, c)]
         if not any(v is not None and v.check == "resolution of displacement" for v in grades):
             grades.append(check_place(c))

@@ -1,4 +1,4 @@
-"""From a channel over the displacement to whether both turn in the same row: a column that was pasted one row off does not."""
+"""From a channel over the displacement to whether both turn in the same row: a column that was pasted off does not."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from models.sensor import FloatArray
 LINE, PARABOLA = 5, 6
 #: The turns are known if their places [rows] have no larger sd.
 TURN_OF_PLACE, TURN_OF_CHANNEL = 0.1, 0.15
-#: A channel turns one row behind the displacement, or before it, from and up to so many rows apart. A load cell's filter makes
+#: A channel turns rows behind the displacement, or before it, from and up to so many rows apart. A load cell's filter makes
 #: it late by up to half a row; nothing makes it early.
-LATE, EARLY, MOST = 0.75, 0.6, 1.6
+LATE, EARLY, MOST = 0.75, 0.6, 5.6
+#: The crest of the channel is looked for so many rows beside the turn.
+NEAR = 7
 #: A row that is on the wrong branch is off the right one by this share of what a row of shift makes, and this many sd.
 ON_BRANCH, SURE = 0.5, 4.0
 #: A row tells the branches apart if a shift by one row moves it by this share of a step, or more.
@@ -48,7 +50,7 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
 
     Where the ball turns, displacement and channel have a kink. Either is found between the rows, where what goes before and
     what goes behind meet. A material that relaxes, creeps or loses energy has its kink at the turn, too; a column that was
-    pasted one row off, or a channel that is read a row late, has it one row beside.
+    pasted some rows off, or a channel that is read late, has it as many rows beside.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
         return None
     rows = np.flatnonzero(np.isfinite(obs.displacement) & np.isfinite(channel_values(obs, c.name)))
     end = int(np.searchsorted(rows, np.flatnonzero(obs.loading)[-1])) if np.any(obs.loading) else 0
-    near = slice(max(end - 3 * PARABOLA, 0), end + 3 * PARABOLA)
+    near = slice(max(end - 4 * PARABOLA, 0), end + 4 * PARABOLA)
     if np.any(np.diff(rows[near]) > 1):
         return None  # rows that are left out beside a turn move what is seen of it
     x, y = obs.displacement[rows][near], c.sign * channel_values(obs, c.name)[rows][near]
@@ -74,7 +76,7 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
     line = int(obs.table.lines[rows[end]])
     finding = f"{c.name} turns {abs(late):.1f} rows {way} the displacement, near line {line}"
     advice = (
-        "One of the two columns may have been pasted one row off: compare them with the instrument's own record. If the "
+        "One of the two columns may have been pasted some rows off: compare them with the instrument's own record. If the "
         "channel is read late, press slower or log faster."
     )
     return c.grade("rows apart", "warning", late, "rows", finding, advice)
@@ -96,8 +98,8 @@ def rows_late(x: FloatArray, y: FloatArray) -> float | None:
     if place is None or place[1] > TURN_OF_PLACE:
         return None
     turn = place[0]
-    low = max(top - 3, 0)
-    crest = low + int(np.argmax(y[low : top + 4]))
+    low = max(top - NEAR, 0)
+    crest = low + int(np.argmax(y[low : top + NEAR + 1]))
     found = _meeting(y, crest, PARABOLA, 2)
     if found is None or found[1] > TURN_OF_CHANNEL:
         return None
@@ -105,10 +107,15 @@ def rows_late(x: FloatArray, y: FloatArray) -> float | None:
     # The row beside the turn that a shift by one row puts on the other branch.
     row = int(np.ceil(turn)) if late > 0 else int(np.floor(turn))
     of_shift = row - turn if late > 0 else row - (turn - 1.0)
-    if row - PARABOLA < 0 or row + 1 + PARABOLA > y.size or of_shift < TELLS:
+    if late > 1.0 + TELLS and of_shift < TELLS:  # of several rows the next one tells more
+        row, of_shift = row + 1, of_shift + 1.0
+    first = last = row
+    if abs(late) > 1.0 + TELLS:  # those on the wrong branch are beside neither course
+        first, last = (row, max(row, int(np.ceil(found[0])))) if late > 0 else (min(row, int(np.floor(found[0])) + 1), row)
+    if first - PARABOLA < 0 or last + 1 + PARABOLA > y.size or of_shift < TELLS:
         return None
-    loading = _course(y, np.arange(row - PARABOLA, row), 2)
-    behind = _course(y, np.arange(row + 1, row + 1 + PARABOLA), 2)
+    loading = _course(y, np.arange(first - PARABOLA, first), 2)
+    behind = _course(y, np.arange(last + 1, last + 1 + PARABOLA), 2)
     bend = loading.slope(row) - behind.slope(row)
     value, variance = loading.at(row)
     below = value - float(y[row])

@@ -278,3 +278,57 @@ def test_the_neck_of_a_sticky_sample_that_the_capacitance_does_not_see_keeps_its
     table = _read(tmp_path, time, down, force, capacitance)
     assert not any(table.reasons)
     assert not table.zeroed
+
+
+def _jumped(fault: str, row: int) -> FloatArray:
+    behind = row <= ROWS
+    return {
+        "sign": np.where(behind, -F, F),
+        "half": np.where(behind, F / 2, F),
+        "double": np.where(behind, 2 * F, F),
+        "five times": np.where(behind, 5 * F, F),
+        "tared": np.where(behind, F - F[row], F),
+    }[fault]
+
+
+@pytest.mark.parametrize("fault", ["sign", "half", "double", "five times", "tared"])
+@pytest.mark.parametrize(("place", "cap"), [(0.0, 0.05), (0.004, 0.0), (0.0, -0.05)], ids=["lead", "crosshead", "back"])
+@pytest.mark.parametrize("row", [55, 70])
+def test_a_small_step_of_another_channel_does_not_make_a_large_one_of_the_load(
+    tmp_path: Path, fault: str, place: float, cap: float, row: int
+) -> None:
+    behind = row <= ROWS
+    columns = (T, X + place * behind, _jumped(fault, row), C + cap * behind)
+    if fault == "tared":
+        assert _read(tmp_path, *columns).zeroed == {"force": (row,)}
+        return
+    with pytest.raises(InputError) as refused:
+        _read(tmp_path, *columns)
+    assert refused.value.faults[0].line == row + 2
+    assert "times what those above go on as" in refused.value.faults[0].message
+
+
+@pytest.mark.parametrize("share", [0.15, 0.4])
+@pytest.mark.parametrize("part", [0.6, 1.0])
+@pytest.mark.parametrize("row", [55, 70])
+def test_a_slip_that_the_capacitance_shows_in_proportion_is_none(tmp_path: Path, share: float, part: float, row: int) -> None:
+    left = np.where(row <= ROWS, 1 - share * np.exp(-(ROWS - row) / 20.0), 1.0)
+    load = F * left
+    cap = (
+        97.4
+        + 3.1 * (np.clip(F * (1 + part * (left - 1)), 0, None) / 5) ** 0.8
+        + (C - 97.4 - 3.1 * (np.clip(F, 0, None) / 5) ** 0.8)
+    )
+    table = _read(tmp_path, T, X, load, cap)
+    assert not any(table.reasons)
+    assert not table.zeroed
+
+
+@pytest.mark.parametrize("fault", ["sign", "double"])
+def test_another_sign_or_range_over_a_pause_is_refused_and_a_load_that_relaxed_is_not(tmp_path: Path, fault: str) -> None:
+    row = 70
+    late = T + 6.0 * (row <= ROWS)
+    with pytest.raises(InputError) as refused:
+        _read(tmp_path, late, X, _jumped(fault, row), C)
+    assert refused.value.faults[0].line == row + 2
+    assert not any(_read(tmp_path, late, X, np.where(row <= ROWS, 0.85 * F, F), C).reasons)

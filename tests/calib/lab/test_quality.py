@@ -23,6 +23,7 @@ from calib.lab.quality.judgement import judge
 from calib.lab.quality.material import LIGHT_RIG
 from calib.lab.quality.words import grade_rows, number_text, quality_in_words
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
+from calib.lab.use import FIRST_LOADING, Use
 from models.sensor import BoolArray, FloatArray
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "labdata"
@@ -195,9 +196,9 @@ def test_what_goes_on_at_the_top_of_a_press_is_not_early(tmp_path: Path, kind: s
 
 
 @pytest.mark.parametrize("column", ["Extension (mm)", "Load (N)"])
-@pytest.mark.parametrize("apart", [-1, 0, 1])
+@pytest.mark.parametrize("apart", [-3, -2, -1, 0, 1, 2, 3, 4])
 @pytest.mark.parametrize("relaxes", [0.0, 0.2])
-def test_a_column_pasted_one_row_off_turns_in_another_row(tmp_path: Path, column: str, apart: int, relaxes: float) -> None:
+def test_a_column_pasted_some_rows_off_turns_in_another_row(tmp_path: Path, column: str, apart: int, relaxes: float) -> None:
     rng = np.random.default_rng(7)
     t = np.arange(120) * 0.1
     fine = np.linspace(0, t[-1], 12_000)
@@ -208,7 +209,8 @@ def test_a_column_pasted_one_row_off_turns_in_another_row(tmp_path: Path, column
     f = np.interp(t, fine, (1 - relaxes) * elastic + relaxes * slow) + 0.004 * rng.normal(size=t.size)
     columns = {"Extension (mm)": np.interp(t, fine, x), "Load (N)": f}
     columns[column] = np.roll(columns[column], apart)
-    columns[column][0 if apart > 0 else -1] = columns[column][1 if apart > 0 else -2]
+    if apart:
+        columns[column][slice(apart) if apart > 0 else slice(apart, None)] = columns[column][apart if apart > 0 else apart - 1]
     rows = zip(t, *columns.values(), strict=True)
     path = tmp_path / "press.csv"
     path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(f"{a:.1f},{b:.5f},{c:.4f}\n" for a, b, c in rows))
@@ -751,3 +753,23 @@ def test_a_known_compliance_of_the_machine_reaches_the_verdict(tmp_path: Path) -
         for c in (None, 2e-6)
     ]
     assert levels == ["warning", "good"]
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (0.75, False), (0.5, True), (1 / 9.80665, True), (2.0, True)])
+def test_a_press_that_is_a_multiple_of_another_is_told_as_bad_where_both_are_used(
+    tmp_path: Path, factor: float, told: bool
+) -> None:
+    rng = np.random.default_rng(11)
+    one = 1.1 * (1 - np.abs(np.linspace(-1, 1, 201)))
+    x = np.concatenate([one, one])
+    f = 5.0 * np.clip(x - 0.1, 0, None) ** 1.6
+    f[one.size :] *= factor
+    f += 0.004 * rng.normal(size=x.size)
+    path = tmp_path / "press.csv"
+    rows = "".join(f"{0.1 * i:.1f},{a:.5f},{b:.4f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    table = read_lab_file(path)
+    for use, level in ((FIRST_LOADING, "warning"), (Use(cycles=(1, 2)), "bad")):
+        found = [v for v in judge(observe(table, use)) if v.check == "presses alike"]
+        assert [v.level for v in found] == ([level] if told else [])
+        assert all(v.number == pytest.approx(factor, rel=0.02) for v in found)

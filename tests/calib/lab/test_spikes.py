@@ -109,9 +109,23 @@ def test_two_readings_far_beyond_all_others_near_the_start_are_left_out(tmp_path
         assert _left_out(_read(tmp_path, force={first: "-40.0011", first + 1: "-40.0025"})) == [first, first + 1]
 
 
-def test_what_force_and_capacitance_show_both_has_happened(tmp_path: Path) -> None:
-    table = _read(tmp_path, force={60: f"{FORCE[60] + 1:.4f}"}, capacitance={60: f"{CAP[60] + 1:.4f}"})
-    assert _left_out(table) == []
+def test_what_force_and_capacitance_show_both_has_happened_where_no_displacement_goes_on() -> None:
+    off = np.where(np.arange(N) == 60, 1.0, 0.0)
+    assert alone({"force": FORCE + off, "capacitance": CAP + off}) == {}
+
+
+@pytest.mark.parametrize(
+    ("force", "cap"),
+    [("0.0000", "0.000"), ("999.0", "999.0"), ("0.0012", "30.001"), (f"{FORCE[60] + 1:.4f}", f"{CAP[60] + 1:.4f}")],
+    ids=["zeros", "a mark", "at rest", "a knock"],
+)
+@pytest.mark.parametrize("rows", [(60,), (42, 60, 75), (30, 42, 55, 60, 70, 85, 100)])
+def test_force_and_capacitance_that_leave_and_come_back_together_while_the_ball_goes_on_are_both_left_out(
+    tmp_path: Path, force: str, cap: str, rows: tuple[int, ...]
+) -> None:
+    table = _read(tmp_path, force=dict.fromkeys(rows, force), capacitance=dict.fromkeys(rows, cap))
+    assert _left_out(table) == list(rows)
+    assert not table.zeroed
 
 
 @pytest.mark.parametrize(
