@@ -564,10 +564,8 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
     row, column = notation.places[-1] if notation.places else (0, 0)
     mark = notation.askable
     say = f'If all numbers are right as they stand, say --decimal "{mark}". ' if notation.damaged else _SAY_MARK[mark]
-    return Fault(
-        f"the decimal mark cannot be told: {notation.conflict}: {shown}",
-        sheet.text.path,
-        int(sheet.lines[row]),
-        columns[column].index + 1,
-        advice=f"{say}{DAMAGED}",
-    )
+    message, advice = f"the decimal mark cannot be told: {notation.conflict}: {shown}", f"{say}{DAMAGED}"
+    if notation.against:
+        message = f"{notation.conflict}: {shown}"
+        advice = f'Say --decimal "{mark}", or leave the option out; a column in which it sets thousands apart has to be written without'
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), columns[column].index + 1, advice=advice)
