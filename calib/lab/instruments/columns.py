@@ -33,7 +33,7 @@ from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import never_together, one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
-from calib.lab.instruments.numbers import is_missing
+from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import clocks_beside, of_another_clock, of_one_time, second_clock, twin_axes
 from calib.lab.instruments.own_ways import with_plain_numbers
@@ -192,7 +192,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
     trusted = sheet.trusted()
-    notation = _typed(sheet, len(written)) or decide_notation(
+    notation = _typed(sheet, written, cells, reading) or decide_notation(
         [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
@@ -432,10 +432,25 @@ def _against_a_tick(sheet: Sheet, index: int, factor: float) -> list[str]:
     ]
 
 
-def _typed(sheet: Sheet, n_column: int) -> Notation | None:
-    """The decimal mark of a file whose numbers are numbers by its format; None where it is for the cells to show."""
-    mark = sheet.text.decimal
-    return Notation(mark, (mark,) * n_column) if sheet.text.typed else None
+def _typed(
+    sheet: Sheet, columns: Sequence[ReadColumn], cells: Mapping[str, Sequence[str]], reading: Reading
+) -> Notation | None:
+    """The decimal marks of a file whose numbers are numbers by its format; None where they are for the cells to show.
+
+    Text cells that held more than a number may have commas yet: these show the mark of their own columns.
+    """
+    if not sheet.text.typed:
+        return None
+    of = [cells[c.quantity] for c in columns]
+    open_ = [i for i, own in enumerate(of) if "," in "".join(own) and any("," in c and is_numeric(c) for c in own)]
+    names = [sheet.names[columns[i].index] for i in open_]
+    found = decide_notation([of[i] for i in open_], names, asked=reading.decimal) if open_ else Notation("")
+    if found.conflict:
+        return replace(found, places=tuple((row, open_[c]) for row, c in found.places))
+    own = dict(zip(open_, found.decimals, strict=True))
+    notes = [f'the numbers in the cells of "{name}" have a decimal comma' for name, i in zip(names, open_, strict=True) if own[i] == ","]
+    decimals = tuple(own.get(i, sheet.text.decimal) for i in range(len(columns)))
+    return Notation(sheet.text.decimal, decimals, (*found.notes, *notes))
 
 
 def _cells(sheet: Sheet, index: int) -> Sequence[str]:

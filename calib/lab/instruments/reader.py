@@ -110,7 +110,7 @@ def _read_told(text: LabText, reading: Reading, types: CellTypes | None) -> LabT
     """Read one record of a text whose header says all that is said of its columns."""
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
-    if found is not None and found.sheet.declared_decimal:
+    if found is not None and found.sheet.declared_decimal and (found.of_texts or not text.typed):
         reading = replace(reading, decimal="")  # it was for the texts, which are numbers now
     sheet = with_unit_columns(sheet if found is None else found.sheet, reading)
     sheet = with_plain_clocks(with_plain_cells(sheet, reading), reading)
