@@ -45,6 +45,7 @@ from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.rounded import Rounded, course_of, rounded_rows
 from calib.lab.instruments.rounded import in_words as told_of_rounded
 from calib.lab.instruments.row_counts import told_rows
+from calib.lab.instruments.rows import OF_RESULTS
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -382,8 +383,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for r in copied_rows(values):
         _append(reasons, r, "the row before once more: the same time and readings")
     for r, why in sheet.reasons.items():
-        # An empty cell at an end of a row that is moved is no cell without a reading.
-        moved = why.startswith(MOVED) and reasons[r].startswith("empty cell")
+        # An empty cell at an end of a row that is moved is no cell without a reading, nor is one of a row of results.
+        moved = why.startswith((MOVED, OF_RESULTS)) and reasons[r].startswith("empty cell")
         reasons[r] = why if moved or not reasons[r] else reasons[r]
     for array in values.values():
         array.flags.writeable = False

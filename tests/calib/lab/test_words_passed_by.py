@@ -395,3 +395,31 @@ def test_a_factor_in_a_name_is_asked_about_even_if_the_column_is_said(tmp_path: 
         read_lab_file(path, Reading(columns={"force": name}))
     table = read_lab_file(path, Reading(columns={"force": name}, units={"force": "2 N"}))
     assert np.allclose(table.columns["force"], 2 * FORCE, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["Kanal 1 [N]", "AI0 [N]", "Channel 3 (N)", "CH2 (N)"])
+def test_a_channel_that_is_taken_by_its_unit_is_noted(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert any(f'force is taken from "{name}", a channel, by its unit N' in note for note in table.notes)
+
+
+@pytest.mark.parametrize(("name", "reach"), [("Force 50N (N)", "50N"), ("Load 10 kN (N)", "10 kN")])
+def test_how_far_an_instrument_reaches_in_a_name_is_passed_by_with_a_note(tmp_path: Path, name: str, reach: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any(f'"{reach}" in "{name}" is passed by' in note for note in table.notes)
+
+
+def test_a_column_without_a_name_that_goes_up_may_be_the_time(tmp_path: Path) -> None:
+    table = read(tmp_path, ";Depth (mm);Force (N)", TIME, DEPTH, FORCE)
+    assert any('"column 1" rises from row to row' in note and "--columns time=1" in note for note in table.notes)
+    again = read_lab_file(tmp_path / "lab.csv", Reading(columns={"time": "1"}, units={"time": "s"}))
+    assert np.allclose(again.columns["time"], TIME)
+
+
+def test_a_row_of_results_with_an_empty_cell_is_called_by_its_word(tmp_path: Path) -> None:
+    read(tmp_path, "Time (s);Depth (mm);Force (N)", TIME, DEPTH, FORCE)
+    path = tmp_path / "lab.csv"
+    path.write_text(path.read_text(encoding="utf-8") + "Mean;;1.2\nMax;;3.4\n", encoding="utf-8")
+    reasons = read_lab_file(path).reasons[-2:]
+    assert reasons == ('a row of results: "Mean"', 'a row of results: "Max"')
