@@ -232,7 +232,8 @@ def _of_channel_or_reach(sheet: Sheet, index: int, heading: Heading) -> tuple[st
     """What to say of a column that nothing but a number of a channel and a unit names, or with a reach that is passed by."""
     name, quantity = sheet.names[index], heading.quantity
     if is_channel(heading.name) and (unit := sheet.unit_written(index)):
-        return (f'{quantity} is taken from "{name}", a channel, by its unit {unit}: if it is something else, --columns {quantity}=none',)
+        said = f"a channel, by its unit {unit}: if it is something else, --columns {quantity}=none"
+        return (f'{quantity} is taken from "{name}", {said}',)
     reach = _REACH.search(name) if any(map(str.isdigit, heading.index)) and not heading.index.isdecimal() else None
     if reach is not None and is_unit_of(reach["unit"], IN_PLACE_OF.get(quantity, quantity)):
         return (f'"{reach["reach"]}" in "{name}" is passed by, as how far the instrument reaches',)

@@ -126,6 +126,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)
+    which = {
+        f.choice.key
+        for f in choice.faults
+        if f.choice is not None and len(f.choice.alternatives) > 1 and f.choice.key in choice.chosen
+        if not any(map(is_numeric, sheet.columns[choice.chosen[f.choice.key][0]][:_MARKS_SEEN]))
+    }
     validity = said_bad(sheet)
     sheet = replace(sheet, reasons={**validity.rows, **sheet.reasons})
     unread.update({i: why for i, why in validity.columns.items() if i in unread})
@@ -152,7 +158,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
             continue
         if fault is not None:
-            faults.append(fault)
+            faults += [fault] if quantity not in which else []
             without_unit.add(quantity)
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
@@ -218,7 +224,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for column in columns:
         found = readings_of(sheet, column, cells[column.quantity], decimals.get(column.quantity, ""), reading)
         # Of a time without a unit nothing else can be said.
-        faults += found.faults if column.quantity != "time" or "time" not in without_unit else ()
+        # Of words, beside another column that may be meant, the cells are no matter yet.
+        without = (column.quantity == "time" and "time" in without_unit) or column.quantity in which
+        faults += found.faults if not without else ()
         notes += found.notes
         for r, why in found.rows:
             _append(reasons, r, why)
@@ -449,7 +457,11 @@ def _typed(
     if found.conflict:
         return replace(found, places=tuple((row, open_[c]) for row, c in found.places))
     own = dict(zip(open_, found.decimals, strict=True))
-    notes = [f'the numbers in the cells of "{name}" have a decimal comma' for name, i in zip(names, open_, strict=True) if own[i] == ","]
+    notes = [
+        f'the numbers in the cells of "{name}" have a decimal comma'
+        for name, i in zip(names, open_, strict=True)
+        if own[i] == ","
+    ]
     decimals = tuple(own.get(i, sheet.text.decimal) for i in range(len(columns)))
     return Notation(sheet.text.decimal, decimals, (*found.notes, *notes))
 
@@ -583,5 +595,5 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
     message, advice = f"the decimal mark cannot be told: {notation.conflict}: {shown}", f"{say}{DAMAGED}"
     if notation.against:
         message = f"{notation.conflict}: {shown}"
-        advice = f'Say --decimal "{mark}", or leave the option out; a column in which it sets thousands apart has to be written without'
+        advice = f'Say --decimal "{mark}", or leave the option out; where it sets thousands apart, write the numbers without it'
     return Fault(message, sheet.text.path, int(sheet.lines[row]), columns[column].index + 1, advice=advice)

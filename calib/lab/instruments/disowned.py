@@ -55,7 +55,8 @@ _PARTS = re.compile(r"[,;|]|(?<=\D)\s(?=\d{1,2}\s?[=.)])|\s(?:and|und|et|y|e)\s"
 _NUMBER_BEFORE = re.compile(r"\s*(?:\d{1,2}\s?[=.)]?\s?)?(?P<name>.*?)\s*")
 # "col 2 = force", "# Spalte 3: Kraft (N)": which column is what, by its number.
 _ONE_COLUMN = re.compile(
-    r"(?<![^\W\d_])(?:col(?:umn)?|spalte|colonne|columna|coluna|colonna|kolom|kolumna)\.? ?#?(?P<number>\d{1,2})\s?(?:[=:]|is|ist|est|es)\s?"
+    r"(?<![^\W\d_])(?:col(?:umn)?|spalte|colonne|columna|coluna|colonna|kolom|kolumna)\.? ?#?(?P<number>\d{1,2})\s?"
+    r"(?:[=:]|is|ist|est|es)\s?"
     r"(?P<name>[^=:,;|]+?)\s*(?=[,;|.]|$|\s(?:and|und|et|y|e)\s)",
     re.IGNORECASE,
 )
@@ -71,7 +72,9 @@ _NEGATED = re.compile(
     r"(?:ist|sind|war|wurde) (?:invertiert|negiert)|(?:by|mit|par|por|per|[x×*]) ?[-−]1)(?![\w.,]*\d|[^\W\d_])",
     re.IGNORECASE,
 )
-_SENSE = re.compile(r"compress|druck|tension|tensile|zug|traction|trazione|tracción|compres|positi[vf]|negati[vf]", re.IGNORECASE)
+_SENSE = re.compile(
+    r"compress|druck|tension|tensile|zug|traction|trazione|tracción|compres|positi[vf]|negati[vf]", re.IGNORECASE
+)
 _EVENT = _words(
     r"at|when|while|during|after|before|until|from|every|each|if|bei|während|nach|vor|bis|ab|wenn|pendant|après|avant|quand|"
     r"durante|después|antes|cuando|dopo|prima|quando"
@@ -79,7 +82,8 @@ _EVENT = _words(
 # A load that is that of one of several instruments: "Force is per cell".
 _PER_ONE = re.compile(
     r"(?<![^\W\d_])(?:is|are|was|were|values?|readings?|given|shown|recorded|ist|sind|werte?|est|sont|es|son|è|sono|force|load|kraft|last|"
-    r"fuerza|carga|forza|carico) (?:per|pro|par|por|je) (?:load ?cells?|cells?|sensor|channel|leg|side|finger|transducer|capteur|cellule|"
+    r"fuerza|carga|forza|carico) (?:per|pro|par|por|je) "
+    r"(?:load ?cells?|cells?|sensor|channel|leg|side|finger|transducer|capteur|cellule|"
     r"côté|zelle|kraftmessdose|aufnehmer|seite|kraftaufnehmer|celda|célula|lado|cella|sensore|lato)(?![^\W\d_])",
     re.IGNORECASE,
 )

@@ -56,7 +56,9 @@ _WAYS = (
     _Way(re.compile(r"([-+\u2212\u2013]?\d+)[·\u22c5](\d+)"), lambda m: f"{m[1]}.{m[2]}"),
 )
 # What shows in some of the first cells that a column may have such.
-_SHOWS = re.compile(r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]|\d[dD][-+\u2212\u2013]\d")
+_SHOWS = re.compile(
+    r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]|\d[dD][-+\u2212\u2013]\d"
+)
 _SEEN = 2000
 # Characters of a number, however it is written.
 _LONGEST = 60

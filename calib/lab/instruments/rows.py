@@ -104,7 +104,9 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     alone = ended.keys() - in_blocks(ended)
     sound -= alone if len(alone) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
     # A word of results where a reading stands is no remark on a row that goes on.
-    named = [table.columns[i] for i, heading in sheet.headings.items() if heading.quantity != "status" and i < len(table.columns)]
+    named = [
+        table.columns[i] for i, heading in sheet.headings.items() if heading.quantity != "status" and i < len(table.columns)
+    ]
     in_place = {r for r in results if any(is_result(column[r]) and not is_numeric(column[r]) for column in named)}
     sound |= rows_going_on(sheet, table, results.keys() - in_place, whole=False) - (ended.keys() - sound)
     worded = worded_rows(sheet, table, {*moved, *results})

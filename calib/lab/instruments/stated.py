@@ -66,7 +66,7 @@ _SIZE = (
     r"bass[oaie]|baj[oa]s?|pequeñ[oa]s?|piccol[oaie])"
 )
 _BY_FACTOR = r"(?:(?:an? |the |einen? |den |un |el |le )?(?:fa[ck]tor|facteur|fattore|fator)\s+(?:of\s+|von\s+|d[ei]\s+)?)?"
-# "all forces times 2", "10x too large", "too high by 9.81", "by a factor 10 too high", "at 1/10 scale", "true force = column / 10".
+# "all forces times 2", "10x too large", "too high by 9.81", "at 1/10 scale", "true force = column / 10".
 _OTHERWISE = (
     re.compile(rf"(?P<what>[^\d]*)\btimes\s+(?P<number>{_NUMBER})(?![\w.,:]*\d)", re.IGNORECASE),
     re.compile(
@@ -82,7 +82,9 @@ _OTHERWISE = (
     re.compile(rf"(?P<what>[^\d]*?)(?:1\s?[/:]\s?)(?P<number>{_NUMBER})\s+scale\b", re.IGNORECASE),
     re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*(?:[*/×]|\sx\s)\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
     re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*(?:[*×]|\sx\s)\s*[^\W\d].*", re.IGNORECASE),
-    re.compile(rf"(?P<what>[^\d=]*)(?:=|\b(?:is|are|ist|sind|est|sont|es|son|è|sono))\s*(?P<number>{_NUMBER})\s?[x×][\s.!)]*", re.I),
+    re.compile(
+        rf"(?P<what>[^\d=]*)(?:=|\b(?:is|are|ist|sind|est|sont|es|son|è|sono))\s*(?P<number>{_NUMBER})\s?[x×][\s.!)]*", re.I
+    ),
 )
 _PRODUCTS = _OTHERWISE[-3:]
 _COUNTED = re.compile(
@@ -105,11 +107,12 @@ _FIGURES = {
     for word in words_of.split()
 }
 _NUMBER_WORD = re.compile(
-    r"(?P<link>(?<![^\W_])(?:by|durch|mit|par|por|per|um|times|mal|factor|faktor|facteur|factor of|factor de|faktor von|facteur de|"
+    r"(?P<link>(?<![^\W_])(?:by|durch|mit|par|por|per|um|times|mal|factor|faktor|facteur|"
+    r"factor of|factor de|faktor von|facteur de|"
     rf"fattore)\s+(?:an?\s+)?)?(?P<word>(?<![^\W_])(?:{'|'.join(_FIGURES)}))(?![^\W_])(?P<times>\s+(?:times|mal|fois|veces|volte)\b)?",
     re.IGNORECASE,
 )
-# "Values of force are doubled", "Kraft halbiert", "force shows half of the load": said alone, and not of what happened in a test.
+# "Values of force are doubled", "Kraft halbiert", "force shows half of the load": not of what happened in a test.
 _DOUBLED = re.compile(
     r"(?<![^\W_])(?:doubled|halved|tripled|quadrupled|(?:ten|hundred|thousand)fold|verdoppelt\w*|halbiert\w*|verdreifacht\w*|"
     r"verzehnfacht\w*|(?:zwei|drei|zehn|hundert|tausend)fach\w*|doublée?s|doublée?|duplicad[oa]s?|doblad[oa]s?|raddoppiat[oaie]|"
@@ -130,7 +133,8 @@ _OF_TESTS = re.compile(
 )
 # "Attenuator 10:1 on load", "Spannungsteiler Kraft 1:2".
 _RATIO = re.compile(
-    r"(?<![^\W\d_])(?:attenuat\w*|(?:voltage[ -])?divider|gears?|gearbox|pulley|amplif\w*|(?:spannungs)?teiler|abschwächer|dämpfungsglied|"
+    r"(?<![^\W\d_])(?:attenuat\w*|(?:voltage[ -])?divider|gears?|gearbox|pulley|amplif\w*|(?:spannungs)?teiler|"
+    r"abschwächer|dämpfungsglied|"
     r"getriebe|untersetzung|übersetzung|atténuateur|diviseur|réducteur|démultiplication|atenuador|divisor|reductor[a]?|engranaje|"
     r"attenuatore|partitore|riduttore|verstärk\w*)(?![^\W\d_])[^\d]{0,30}?(?P<one>\d+(?:[.,]\d+)?)\s?[:/]\s?(?P<other>\d+(?:[.,]\d+)?)(?![\d.:/])",
     re.IGNORECASE,
@@ -302,7 +306,9 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 
 def _factors_of(line: str) -> tuple[str, ...]:
     """Of which quantities a line states a factor, "" for any; none if it states none."""
-    line = _NUMBER_WORD.sub(lambda m: m[0].replace(m["word"], _FIGURES[m["word"].lower()]) if m["link"] or m["times"] else m[0], line)
+    line = _NUMBER_WORD.sub(
+        lambda m: m[0].replace(m["word"], _FIGURES[m["word"].lower()]) if m["link"] or m["times"] else m[0], line
+    )
     told = _BY.search(line)
     if told is not None and not _is_one(told["number"]) and not _of_others(line[: told.start("number")]):
         return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)

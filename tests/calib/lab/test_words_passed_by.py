@@ -423,3 +423,35 @@ def test_a_row_of_results_with_an_empty_cell_is_called_by_its_word(tmp_path: Pat
     path.write_text(path.read_text(encoding="utf-8") + "Mean;;1.2\nMax;;3.4\n", encoding="utf-8")
     reasons = read_lab_file(path).reasons[-2:]
     assert reasons == ('a row of results: "Mean"', 'a row of results: "Max"')
+
+
+@pytest.mark.parametrize(
+    "name", ["Load (N) [Instron 2519-103]", "Force (N, res. 0.001)", "Force (N) [4-wire]", "Force (N) (two-wire)"]
+)
+def test_a_model_a_resolution_and_how_it_is_wired_are_passed_by(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_a_capacitance_by_four_wires_is_read(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s);Depth (mm);Force (N);Cp (pF) [4-wire]", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+def test_of_a_column_of_words_beside_the_one_in_a_unit_the_choice_alone_is_said(tmp_path: Path) -> None:
+    rows = [f"P{1 + i // 10};{t:.2f};{d:.4f};{f:.4f}" for i, (t, d, f) in enumerate(zip(TIME, DEPTH, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Position;Time (s);Z (mm);Fz (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_lab_file(path)
+    assert len(caught.value.faults) == 1
+    assert 'displacement=Z (mm)"' in str(caught.value)
+
+
+def test_times_to_the_minute_are_refused_with_the_reason_and_a_way_out(tmp_path: Path) -> None:
+    rows = [f"11.02.2026 14:{3 + i // 20:02d};{d:.4f};{f:.4f}" for i, (d, f) in enumerate(zip(DEPTH, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time;Depth (mm);Force (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has no seconds"):
+        read_lab_file(path)
+    assert "time" not in read_lab_file(path, Reading(columns={"time": "none"})).columns
