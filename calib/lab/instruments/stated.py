@@ -206,6 +206,8 @@ OF_OTHERS = re.compile(
     re.IGNORECASE,
 )
 _LONGEST = 120
+# What parts the clauses of a line.
+_CLAUSE = re.compile(r"[,;.](?!\d)")
 # What a line without a figure has that states a factor in words.
 _IN_WORDS = re.compile(
     rf"doub|halb|hal[fv]|twice|dopp|fach|fold|moiti|dobl|dupli|dobr|raddop|dimezz|met[aà]|mitad|trip|quadrup|tenth|hundred|thousand|zehnt|"
@@ -341,9 +343,9 @@ def _factors_of(line: str) -> tuple[str, ...]:
     if part is not None and of is not None and is_unit_of(part["unit"].lower(), of):
         return (of,)
     if (ratio := _RATIO.search(line)) is not None and ratio["one"] != ratio["other"]:
-        return tuple(q for q in _QUANTITIES[:3] if names_quantity(line, q))
-    if _DOUBLED.search(line) and not _of_others(line) and not _OF_TESTS.search(line):
-        return tuple(q for q in _QUANTITIES[:3] if names_quantity(line, q))
+        return _named_in_clause(line, ratio)
+    if (doubled := _DOUBLED.search(line)) is not None and not _of_others(line) and not _OF_TESTS.search(line):
+        return _named_in_clause(line, doubled)
     for pattern in _OTHERWISE:
         match = pattern.match(line)
         if match is not None and not _is_one(match["number"]) and not OF_OTHERS.search(line):
@@ -368,6 +370,14 @@ def _factors_of(line: str) -> tuple[str, ...]:
             return ()
         return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
     return _factors_of_parts(line)
+
+
+def _named_in_clause(line: str, match: re.Match[str]) -> tuple[str, ...]:
+    """The quantities that are named in the part of a line, between marks, in which something was found."""
+    first = max((m.end() for m in _CLAUSE.finditer(line, 0, match.start())), default=0)
+    end = _CLAUSE.search(line, match.end())
+    clause = line[first : end.start() if end is not None else len(line)]
+    return tuple(q for q in _QUANTITIES[:3] if names_quantity(clause, q))
 
 
 def _of_others(text: str) -> bool:

@@ -62,6 +62,8 @@ GOOD = (
     "press repeated two times to the same force",
     "displacement resolution in 1/1000 mm",
     "number of force cycles is 3x",
+    "Sample is half the thickness, force up to 5 N",
+    "Amplifier 10:1 for the microphone, load cell 50 N",
     "error due to load, rounded to 1/10 mm",
 )
 FACTORS = {
