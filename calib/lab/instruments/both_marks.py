@@ -6,15 +6,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from calib.lab.instruments.numbers import EXPONENT, SIGNS
+import numpy as np
+
+from calib.lab.instruments.numbers import EXPONENT, SIGNS, to_numbers
 from calib.lab.instruments.sheet import Sheet
 
-# A number with one mark that sets no thousands apart: other than three digits are behind it, or a zero or four before it.
-_OWN = re.compile(
-    rf"\s*[{SIGNS}]?(?:(?P<of>\d*)(?P<mark>[.,])(?P<digits>\d{{1,2}}|\d{{4,}})|(?:0|\d{{4,}})(?P<second>[.,])(?P<three>\d{{3}}))"
-    rf"(?:{EXPONENT})?\s*",
-    re.ASCII,
-)
+# A number with one mark, and one whose mark may as well set thousands apart.
+_MARKED = re.compile(rf"\s*[{SIGNS}]?\d*(?P<mark>[.,])(?P<digits>\d+)(?:{EXPONENT})?\s*", re.ASCII)
+_UNSURE = re.compile(rf"\s*[{SIGNS}]?[1-9]\d{{0,2}}[.,]\d{{3}}\s*", re.ASCII)
+# Steps across a change of the mark, as powers of ten, are smaller where both are decimal.
+_SMOOTH = 0.35
 # A few cells with another mark may be damaged; so many of each are not.
 _FEWEST = 5
 
@@ -29,7 +30,8 @@ def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
 
     Returns
     -------
-    The sheet; None if one mark is in a few cells alone, may set thousands apart, or the decimals are not as many with either.
+    The sheet; None if one mark is in a few cells alone, the decimals are not as many with either, or three digits behind a mark
+    may be thousands, as the numbers with one mark do not go on from those with the other.
     """
     cells, notes = list(sheet.columns), list(sheet.notes)
     for index in columns:
@@ -39,14 +41,15 @@ def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
             continue
         if min(n_comma, len(marked) - n_comma) < _FEWEST:
             return None
-        found = [_OWN.fullmatch(cell) for _, cell in marked]
+        found = [_MARKED.fullmatch(cell) for _, cell in marked]
         decimals: dict[str, int] = {}
         for match in found:
             if match is None:
                 return None
-            mark, digits = (match["mark"], match["digits"]) if match["mark"] else (match["second"], match["three"])
-            decimals[mark] = max(decimals.get(mark, 0), len(digits))
+            decimals[match["mark"]] = max(decimals.get(match["mark"], 0), len(match["digits"]))
         if len(decimals) < 2 or len({*decimals.values()}) > 1:
+            return None
+        if any(_UNSURE.fullmatch(cell) for _, cell in marked) and not _go_on([cell for _, cell in marked]):
             return None
         own = max(".,", key=[mark for _, cell in marked for mark in ".," if mark in cell].count)
         other = next((r, c) for r, c in marked if own not in c)
@@ -56,3 +59,12 @@ def with_one_mark(sheet: Sheet, columns: Sequence[int]) -> Sheet | None:
         notes.append(f'"{sheet.names[index]}": {shown} has another decimal mark than most cells; {why}')
     changed = any(a is not b for a, b in zip(cells, sheet.columns, strict=True))
     return replace(sheet, columns=tuple(cells), notes=tuple(notes)) if changed else None
+
+
+def _go_on(cells: Sequence[str]) -> bool:
+    """Whether numbers with one mark go on from those with the other, both as decimals; thousands are far from them."""
+    size = np.abs(to_numbers([c.strip().replace(",", ".") for c in cells], ".").values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steps = np.abs(np.diff(np.log10(size)))[np.diff(np.array(["," in c for c in cells]).astype(np.int8)) != 0]
+    steps = steps[np.isfinite(steps)]
+    return steps.size > 0 and float(np.median(steps)) < _SMOOTH

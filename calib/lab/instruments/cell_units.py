@@ -64,7 +64,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
-    for index, cells in enumerate(columns) if not sheet.text.typed else ():
+    for index, cells in enumerate(columns):
         if (plain := _without_beside(cells, sheet.names[index] if index < len(sheet.names) else "")) is not None:
             columns[index], what = plain
             notes.append(f'"{sheet.names[index]}": {what} each number is passed by')
@@ -80,19 +80,18 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))
         written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
-        if not sheet.text.typed:
-            found = _without_units(columns[index], heading, asked or written, said=bool(asked))
-            passed = same_word_behind(columns[index]) if found is None and asked else ""
-            if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
-                columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
-                notes.append(f'"{name}": "{passed}" behind its numbers is passed by, as their unit was said')
-            if found is not None:
-                columns[index], unit, seen = found
-                units[index] = unit or units.get(index, "")
-                if said := _says_good(sheet.columns[index]):
-                    notes.append(f'"{name}": "{said}" behind its readings says that they are good, and is passed by')
-                if seen != ["none"]:
-                    notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
+        found = _without_units(columns[index], heading, asked or written, said=bool(asked))
+        passed = same_word_behind(columns[index]) if found is None and asked else ""
+        if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
+            columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
+            notes.append(f'"{name}": "{passed}" behind its numbers is passed by, as their unit was said')
+        if found is not None:
+            columns[index], unit, seen = found
+            units[index] = unit or units.get(index, "")
+            if said := _says_good(sheet.columns[index]):
+                notes.append(f'"{name}": "{said}" behind its readings says that they are good, and is passed by')
+            if seen != ["none"]:
+                notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
         if heading.quantity == "time" and not (asked or written or heading.unit_doubt):
             unit = _since_1970(columns[index], sheet.declared_decimal)
             if unit:
@@ -136,7 +135,7 @@ def _by_cells(sheet: Sheet) -> dict[int, Heading]:
     """The columns whose names are understood by the unit that stands in their cells, or are a letter."""
     found: dict[int, Heading] = {}
     for index, name in enumerate(sheet.names[: len(sheet.columns)]):
-        if not name or sheet.text.typed or {index} & {*sheet.assigned, *sheet.set_aside} or sheet.unit_below(index):
+        if not name or {index} & {*sheet.assigned, *sheet.set_aside} or sheet.unit_below(index):
             continue
         first = next((match for cell in sheet.columns[index][:_SEEN] if (match := _WITH_UNIT.fullmatch(cell.strip()))), None)
         unit = (

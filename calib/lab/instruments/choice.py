@@ -17,6 +17,7 @@ from calib.lab.instruments.clock_words import in_figures
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import MOVING, OF_TESTERS, PRESSING, STEP_TIMES
+from calib.lab.instruments.meanings import is_channel
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
@@ -105,6 +106,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
             moves = " that moves" if others else ""
             notes += [_BY_AXIS.format(sheet.names[best.index], moves)] if best.index in by_axis else []
             notes += [_by_unit_note(sheet, best.index, best.heading)] if best.index in by_unit else []
+            notes += _of_channel_or_reach(sheet, best.index, best.heading) if best.index not in by_unit else ()
             notes += [_by_function_note(sheet, best.index, quantity)] if best.index in by_function else []
             notes += [_passed_by_note(sheet, best.index, quantity, passed_by[best.index])] if best.index in passed_by else []
             of_rest = _at_rest(sheet, quantity, candidates)
@@ -220,6 +222,22 @@ def _by_unit_note(sheet: Sheet, index: int, heading: Heading) -> str:
     name, unit, quantity = sheet.names[index], sheet.unit_written(index) or sheet.names[index], heading.quantity
     why = "a letter with more than any capacitor has" if heading.letter else f"the only column in {unit}"
     return f'{quantity} is taken from "{name}", {why}: if it is something else, --columns {quantity}=none'
+
+
+# How far an instrument reaches, right behind the name of its quantity: "Force 50N (N)".
+_REACH = re.compile(r"(?<![\w.,])(?P<reach>\d+(?:[.,]\d+)?\s?(?P<unit>[^\W\d_]{1,3}))(?![\w)\]])")
+
+
+def _of_channel_or_reach(sheet: Sheet, index: int, heading: Heading) -> tuple[str, ...]:
+    """What to say of a column that nothing but a number of a channel and a unit names, or with a reach that is passed by."""
+    name, quantity = sheet.names[index], heading.quantity
+    if is_channel(heading.name) and (unit := sheet.unit_written(index)):
+        said = f"a channel, by its unit {unit}: if it is something else, --columns {quantity}=none"
+        return (f'{quantity} is taken from "{name}", {said}',)
+    reach = _REACH.search(name) if any(map(str.isdigit, heading.index)) and not heading.index.isdecimal() else None
+    if reach is not None and is_unit_of(reach["unit"], IN_PLACE_OF.get(quantity, quantity)):
+        return (f'"{reach["reach"]}" in "{name}" is passed by, as how far the instrument reaches',)
+    return ()
 
 
 def _by_function_note(sheet: Sheet, index: int, quantity: str) -> str:

@@ -33,7 +33,7 @@ from calib.lab.instruments.lexicon import COMPARED
 from calib.lab.instruments.long_form import never_together, one_reading_a_row
 from calib.lab.instruments.no_time import counted_time, note_on_time
 from calib.lab.instruments.notation import Notation, decide_notation, mark_shown, marks_apart
-from calib.lab.instruments.numbers import is_missing
+from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.of_other_rows import of_other_rows
 from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.other_clock import clocks_beside, of_another_clock, of_one_time, second_clock, twin_axes
@@ -46,6 +46,7 @@ from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.rounded import Rounded, course_of, rounded_rows
 from calib.lab.instruments.rounded import in_words as told_of_rounded
 from calib.lab.instruments.row_counts import told_rows
+from calib.lab.instruments.rows import OF_RESULTS
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -126,6 +127,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     sheet = clock.sheet
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), [*clock.faults, *choice.faults], dict(choice.unread)
+    which = {
+        f.choice.key
+        for f in choice.faults
+        if f.choice is not None and len(f.choice.alternatives) > 1 and f.choice.key in choice.chosen
+        if not any(map(is_numeric, sheet.columns[choice.chosen[f.choice.key][0]][:_MARKS_SEEN]))
+    }
     validity = said_bad(sheet)
     sheet = replace(sheet, reasons={**validity.rows, **sheet.reasons})
     unread.update({i: why for i, why in validity.columns.items() if i in unread})
@@ -152,7 +159,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
             continue
         if fault is not None:
-            faults.append(fault)
+            faults += [fault] if quantity not in which else []
             without_unit.add(quantity)
         elif not of_day and (own := contradicts(sheet, index, heading, reading)):
             asked = unit_in_words(sheet, index, heading, reading)
@@ -193,7 +200,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
     trusted = sheet.trusted()
-    notation = _typed(sheet, len(written)) or decide_notation(
+    notation = _typed(sheet, written, cells, reading) or decide_notation(
         [_cells(trusted, c.index) for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
@@ -218,7 +225,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for column in columns:
         found = readings_of(sheet, column, cells[column.quantity], decimals.get(column.quantity, ""), reading)
         # Of a time without a unit nothing else can be said.
-        faults += found.faults if column.quantity != "time" or "time" not in without_unit else ()
+        # Of words, beside another column that may be meant, the cells are no matter yet.
+        without = (column.quantity == "time" and "time" in without_unit) or column.quantity in which
+        faults += found.faults if not without else ()
         notes += found.notes
         for r, why in found.rows:
             _append(reasons, r, why)
@@ -386,8 +395,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for r in copied_rows(values):
         _append(reasons, r, "the row before once more: the same time and readings")
     for r, why in sheet.reasons.items():
-        # An empty cell at an end of a row that is moved is no cell without a reading.
-        moved = why.startswith(MOVED) and reasons[r].startswith("empty cell")
+        # An empty cell at an end of a row that is moved is no cell without a reading, nor is one of a row of results.
+        moved = why.startswith((MOVED, OF_RESULTS)) and reasons[r].startswith("empty cell")
         reasons[r] = why if moved or not reasons[r] else reasons[r]
     for array in values.values():
         array.flags.writeable = False
@@ -436,10 +445,29 @@ def _against_a_tick(sheet: Sheet, index: int, factor: float) -> list[str]:
     ]
 
 
-def _typed(sheet: Sheet, n_column: int) -> Notation | None:
-    """The decimal mark of a file whose numbers are numbers by its format; None where it is for the cells to show."""
-    mark = sheet.text.decimal
-    return Notation(mark, (mark,) * n_column) if sheet.text.typed else None
+def _typed(
+    sheet: Sheet, columns: Sequence[ReadColumn], cells: Mapping[str, Sequence[str]], reading: Reading
+) -> Notation | None:
+    """The decimal marks of a file whose numbers are numbers by its format; None where they are for the cells to show.
+
+    Text cells that held more than a number may have commas yet: these show the mark of their own columns.
+    """
+    if not sheet.text.typed:
+        return None
+    of = [cells[c.quantity] for c in columns]
+    open_ = [i for i, own in enumerate(of) if "," in "".join(own) and any("," in c and is_numeric(c) for c in own)]
+    names = [sheet.names[columns[i].index] for i in open_]
+    found = decide_notation([of[i] for i in open_], names, asked=reading.decimal) if open_ else Notation("")
+    if found.conflict:
+        return replace(found, places=tuple((row, open_[c]) for row, c in found.places))
+    own = dict(zip(open_, found.decimals, strict=True))
+    notes = [
+        f'the numbers in the cells of "{name}" have a decimal comma'
+        for name, i in zip(names, open_, strict=True)
+        if own[i] == ","
+    ]
+    decimals = tuple(own.get(i, sheet.text.decimal) for i in range(len(columns)))
+    return Notation(sheet.text.decimal, decimals, (*found.notes, *notes))
 
 
 def _cells(sheet: Sheet, index: int) -> Sequence[str]:
@@ -568,10 +596,8 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
     row, column = notation.places[-1] if notation.places else (0, 0)
     mark = notation.askable
     say = f'If all numbers are right as they stand, say --decimal "{mark}". ' if notation.damaged else _SAY_MARK[mark]
-    return Fault(
-        f"the decimal mark cannot be told: {notation.conflict}: {shown}",
-        sheet.text.path,
-        int(sheet.lines[row]),
-        columns[column].index + 1,
-        advice=f"{say}{DAMAGED}",
-    )
+    message, advice = f"the decimal mark cannot be told: {notation.conflict}: {shown}", f"{say}{DAMAGED}"
+    if notation.against:
+        message = f"{notation.conflict}: {shown}"
+        advice = f'Say --decimal "{mark}", or leave the option out; where it sets thousands apart, write the numbers without it'
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), columns[column].index + 1, advice=advice)

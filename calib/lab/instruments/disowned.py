@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 
 from calib.errors import Choice, Fault
@@ -52,6 +53,40 @@ _LISTED = re.compile(r"\s*(?:[#%;!]+|//)?(?P<before>[^:=]{3,60}):\s*(?P<list>[^:
 _OF_COLUMNS = _words(r"columns?|cols?|spalten?|colonnes?|columnas?|colunas?|colonn[ae]|kolom(?:men)?|kolumn\w*")
 _PARTS = re.compile(r"[,;|]|(?<=\D)\s(?=\d{1,2}\s?[=.)])|\s(?:and|und|et|y|e)\s")
 _NUMBER_BEFORE = re.compile(r"\s*(?:\d{1,2}\s?[=.)]?\s?)?(?P<name>.*?)\s*")
+# "col 2 = force", "# Spalte 3: Kraft (N)": which column is what, by its number.
+_ONE_COLUMN = re.compile(
+    r"(?<![^\W\d_])(?:col(?:umn)?|spalte|colonne|columna|coluna|colonna|kolom|kolumna)\.? ?#?(?P<number>\d{1,2})\s?"
+    r"(?:[=:]|is|ist|est|es)\s?"
+    r"(?P<name>[^=:,;|]+?)\s*(?=[,;|.]|$|\s(?:and|und|et|y|e)\s)",
+    re.IGNORECASE,
+)
+# Of a sign that was turned, by a word for it or of the force; a line that says which sign compression has is no such one.
+_SIGN = _words(r"signs?|vorzeichen|signes?|signos?|segn[oi]|sinal|polarity|polarität|polarité|polaridad|polarità|teken|znak")
+_TURNED = _words(
+    r"invert(?:ed)?|reversed|flipped|negated|changed|opposite|invertiert\w*|umgekehrt\w*|gedreht\w*|negiert\w*|umgedreht\w*|"
+    r"inversée?s?|opposée?s?|contraires?|invertid[oa]s?|cambiad[oa]s?|contrari[oa]s?|opuest[oa]s?|negad[oa]s?|invertit[oaie]|"
+    r"oppost[oaie]|omgekeerd|odwrócon\w*"
+)
+_NEGATED = re.compile(
+    r"(?<![^\W\d_])(?:(?:is|are|was|were|been|values?|channel|readings?) (?:inverted|negated|flipped)|negated|"
+    r"(?:ist|sind|war|wurde) (?:invertiert|negiert)|(?:by|mit|par|por|per|[x×*]) ?[-−]1)(?![\w.,]*\d|[^\W\d_])",
+    re.IGNORECASE,
+)
+_SENSE = re.compile(
+    r"compress|druck|tension|tensile|zug|traction|trazione|tracción|compres|positi[vf]|negati[vf]", re.IGNORECASE
+)
+_EVENT = _words(
+    r"at|when|while|during|after|before|until|from|every|each|if|bei|während|nach|vor|bis|ab|wenn|pendant|après|avant|quand|"
+    r"durante|después|antes|cuando|dopo|prima|quando"
+)
+# A load that is that of one of several instruments: "Force is per cell".
+_PER_ONE = re.compile(
+    r"(?<![^\W\d_])(?:is|are|was|were|values?|readings?|given|shown|recorded|ist|sind|werte?|est|sont|es|son|è|sono|force|load|kraft|last|"
+    r"fuerza|carga|forza|carico) (?:per|pro|par|por|je) "
+    r"(?:load ?cells?|cells?|sensor|channel|leg|side|finger|transducer|capteur|cellule|"
+    r"côté|zelle|kraftmessdose|aufnehmer|seite|kraftaufnehmer|celda|célula|lado|cella|sensore|lato)(?![^\W\d_])",
+    re.IGNORECASE,
+)
 _LEVER = re.compile(r"\b(?:lever|hebel|levier|palanca|leva)\b\D{0,20}\d+(?:[.,]\d+)? ?[:/] ?\d+", re.IGNORECASE)
 
 
@@ -74,11 +109,11 @@ def disowned_in(
     path : of the file.
     """
     faults = []
-    for count, (number, line) in enumerate(lines):
-        if count >= _MOST_LINES:
-            break
-        of = _spoken_of(line, read) if len(line) <= _LONGEST else ()
-        if not of or set(of) <= {*reading.columns, *reading.units}:
+    looked_at = [*islice(lines, _MOST_LINES)]
+    numbered = _numbered_otherwise([line for _, line in looked_at], read)
+    for number, line in looked_at:
+        of = numbered.get(line) or _spoken_of(line, read) if len(line) <= _LONGEST else ()
+        if not of or set(of) <= {*reading.columns, *reading.units} or (_turned(line) and set(of) <= {*reading.sign}):
             continue
         names = " and ".join(f'"{read[q][0]}"' for q in of)
         right = " ".join(str(Choice("columns", (read[q][0],), q)) for q in of)
@@ -88,6 +123,8 @@ def disowned_in(
             f"If the header is right all the same, say so: {right}; else say which column each is, by its number, and in which "
             f"unit: {others}"
         )
+        if _turned(line):
+            advice += f'; or say the sign: --sign "{of[0]}=compression positive" or --sign "{of[0]}=compression negative"'
         faults.append(Fault(message, path, number, advice=advice))
     return faults
 
@@ -110,12 +147,45 @@ def _in_another_order(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[s
     return tuple(q for q in _QUANTITIES if q in listed and listed.index(q) != there.index(q))
 
 
+def _numbered_otherwise(lines: Sequence[str], read: Mapping[str, tuple[str, int]]) -> dict[str, tuple[str, ...]]:
+    """The lines that call a column by its number another quantity than it is read as, and the quantities that this is of.
+
+    Columns may be counted from 0, which one of that number shows.
+    """
+    own = {index: IN_PLACE_OF.get(q, q) for q, (_, index) in read.items() if index >= 0}
+    found: dict[str, tuple[str, ...]] = {}
+    told = [
+        (line, int(m["number"]), heading.quantity)
+        for line in lines
+        if len(line) <= _LONGEST
+        for m in _ONE_COLUMN.finditer(line)
+        if (heading := understand(m["name"].strip())) is not None
+    ]
+    first = 0 if any(number == 0 for _, number, _ in told) else 1
+    for line, number, quantity in told:
+        told_of, read_as = IN_PLACE_OF.get(quantity, quantity), own.get(number - first, "")
+        if read_as and told_of != read_as and told_of in own.values():
+            of = {told_of, read_as, *found.get(line, ())}
+            found[line] = tuple(q for q in _QUANTITIES if q in of)
+    return {line: of for line, of in found.items() if of}
+
+
+def _turned(line: str) -> bool:
+    """Whether a line says that a sign was turned, and neither which one compression has nor when in the test."""
+    turned = (_SIGN.search(line) is not None and _TURNED.search(line) is not None) or _NEGATED.search(line) is not None
+    return turned and not _SENSE.search(line) and not _EVENT.search(line) and not _SETTLED.search(line)
+
+
 def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...]:
     """The quantities that are read of which a line says that their columns are others than they seem."""
     if _LEVER.search(line) and "force" in read:
         return ("force",)
     if moved := _in_another_order(line, read):
         return moved
+    if _turned(line):
+        return tuple(q for q in ("force", "displacement") if q in read and names_quantity(line, q))
+    if _PER_ONE.search(line) and "force" in read and names_quantity(line, "force"):
+        return ("force",)
     swapped, wrong = _SWAPPED.search(line), _WRONG.search(line)
     if not (swapped or wrong) or _SETTLED.search(line):
         return ()

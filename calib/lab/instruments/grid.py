@@ -21,6 +21,7 @@ Value = str | float | int | bool | datetime | date | time | timedelta | None
 #: More cells than any lab's sheet holds; each costs about a microsecond and a hundred bytes.
 MOST_CELLS = 12_000_000
 _MARKED = re.compile(r"[.,'’\s]")
+_OF_TEXT = ("'", "’")
 _UNSEEN = str.maketrans("", "", OF_NO_WIDTH)
 _DELIMITED = re.compile(r"[;,\t]|\s{2,}")
 
@@ -82,6 +83,8 @@ def part_of(
                 plain = value if value.isascii() else value.translate(_UNSEEN)
                 n_unseen += plain != value
                 cell = _one_line(plain)
+                if cell[:1] in _OF_TEXT and is_numeric(bare := cell.strip("'’")):
+                    cell = bare  # the mark by which a spreadsheet program keeps a cell as text
                 if _MARKED.search(cell) and is_numeric(cell):
                     texts[row, column] = cell
             else:

@@ -40,7 +40,7 @@ _MODEL = re.compile(
 )
 # How far a load cell reaches, behind its model: "U9C_10N".
 _CAPACITY = re.compile(r"\d{1,4}[mkµ]?N")
-_NUMBER = re.compile(r"\d{3,5}")
+_NUMBER = re.compile(r"\d{3,5}(?:-\d{1,4})?")
 
 
 def instrument_words(parts: Sequence[str]) -> list[bool]:

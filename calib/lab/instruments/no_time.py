@@ -46,6 +46,8 @@ _PER_SECOND = frozenset(
         "readings/s",
     ]
 )
+# Why a column is not read that may be a time.
+_MAY_BE = ("not understood", "names of the rows", "without a name")
 # How a note on a time that is not read begins.
 _NO_TIME = "no time is read; "
 _ITS_UNIT = '--units time=..., s or what one count lasts, as "0.5 ms"'
@@ -75,7 +77,7 @@ def note_on_time(sheet: Sheet, used: Collection[int], unread: Mapping[int, str])
     counter, rising, falls = None, None, ""
     for index in range(len(sheet.names)):
         why = unread.get(index, "not understood")
-        if index in used or index in sheet.set_aside or not why.startswith(("not understood", "names of the rows")):
+        if index in used or index in sheet.set_aside or not why.startswith(_MAY_BE):
             continue
         seen = [c for c in sheet.columns[index][:_SEEN] if c.strip()]
         if seen and len(set(seen)) > 1 and all(is_clock(c) or is_date(c) for c in seen):

@@ -24,6 +24,7 @@ class Notation:
     notes : choices that were made.
     askable : the likelier mark where the user may say it, ".," if none is, "" where the cells contradict each other.
     damaged : whether the mark is known, and cells are read by it only if the user says that they are right.
+    against : whether another mark was asked for than the file shows.
     conflict, places : why a mark cannot be told, "" if all can, and the cells (row, column) that show it.
     """
 
@@ -34,6 +35,7 @@ class Notation:
     places: tuple[tuple[int, int], ...] = ()
     askable: str = ""
     damaged: bool = False
+    against: bool = False
 
 
 @dataclass(frozen=True)
@@ -217,6 +219,8 @@ def decide_notation(
     apart_by = {mark: names[c] for c, text in enumerate(texts) if courses[c] == "thousands" for mark in ".," if mark in text}
     for c, text in enumerate(texts):
         others = _Others(seen, apart_in, apart_by, beside, apart_beside, large=bool(plain))
+        if not declared and asked and courses[c] != "thousands" and _says_otherwise(text, asked, others):
+            return _contradicted(asked, texts, shown, strong)
         decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], courses[c], others, declared, asked, delimiter)
         if conflict:
             # Whole numbers beside a mark contradict nothing that may be said of it.
@@ -234,12 +238,7 @@ def decide_notation(
                 places = _places(texts, [(m, c) for m in showing])
                 return Notation("", conflict=conflict, places=places, askable=decimal if few else "", damaged=few)
     if asked and not was_open and seen - {asked}:
-        c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
-        return Notation(
-            "",
-            conflict=f'the decimal mark "{asked}" was asked for, the file shows another',
-            places=_places(texts, [(strong[c][shown[c]], c)]),
-        )
+        return _contradicted(asked, texts, shown, strong)
     told = [d for d in decimals if d]
     # Those of columns that have decimals at all, rather than thousands set apart alone.
     used = [d for d, text in zip(decimals, texts, strict=True) if d and d in text]
@@ -304,6 +303,22 @@ class _Others:
         return self.apart_by.get(mark) or ("" if mark in self.seen else self.apart_beside().get(mark, ""))
 
 
+def _says_otherwise(text: str, asked: str, others: _Others) -> bool:
+    """Whether the numbers of an open column were to be thousands by the mark that all other columns show as the decimal one."""
+    mark = _OTHER[asked]
+    open_to_it = others.seen == {mark} and mark in text and asked not in text and not _PLAIN_WHOLE.search(text)
+    return open_to_it and not others.sets_apart(mark) and _SHOWN[mark].unsure.search(text) is not None
+
+
+def _contradicted(
+    asked: str, texts: Sequence[str], shown: Sequence[str], strong: Sequence[Mapping[str, re.Match[str] | None]]
+) -> Notation:
+    """What to say where a decimal mark was asked for, and a column shows the other."""
+    c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
+    words = f'the decimal mark "{asked}" was asked for, the file shows another'
+    return Notation("", conflict=words, places=_places(texts, [(strong[c][shown[c]], c)]), askable=_OTHER[asked], against=True)
+
+
 _Decision = tuple[str, str, str, tuple[re.Match[str] | None, ...]]
 
 
@@ -329,7 +344,8 @@ def _decimal(
     mark, match = next(iter(unsure.items()))
     seen = others.seen
     if declared or (asked and course != "thousands"):
-        return declared or asked, "", "", ()
+        told = f"its {_NAMES[mark]} sets thousands apart, as the decimal mark that was asked for says"
+        return declared or asked, told if not declared and asked != mark else "", "", ()
     if mark in others.apart_in and seen == {_OTHER[mark]} and not _THOUSANDS.search(text):
         return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as it does in the millions of another column", "", ()
     plain = _PLAIN_WHOLE.search(text)

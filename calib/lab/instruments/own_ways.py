@@ -50,11 +50,15 @@ _WAYS = (
     _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s?{_TIMES_TEN}\s?\(?({_SIGN}?\d+)\)?"), lambda m: f"{m[1]}E{m[2]}"),
     _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s?[×x*·\u22c5]\s?10([{_RAISED}]+)"), lambda m: f"{m[1]}E{m[2].translate(_LOWERED)}"),
     _Way(re.compile(rf"({_SIGN}?{_NUMBER})\s+[eE]\s?({_SIGN}\d+)"), lambda m: f"{m[1]}E{m[2]}"),
+    # The exponent of a number in double precision as Fortran writes it.
+    _Way(re.compile(rf"({_SIGN}?{_NUMBER})[dD]({_SIGN}\d+)"), lambda m: f"{m[1]}E{m[2]}"),
     # The point of British print.
     _Way(re.compile(r"([-+\u2212\u2013]?\d+)[·\u22c5](\d+)"), lambda m: f"{m[1]}.{m[2]}"),
 )
 # What shows in some of the first cells that a column may have such.
-_SHOWS = re.compile(r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]")
+_SHOWS = re.compile(
+    r"[-\u2212\u2013)]\s*$|^\s*(?:['\u2019]|[-\u2212\u2013]\s)|\d\s?[×x*·\u22c5]\s?\d|\d\s+[eE]|\d[dD][-+\u2212\u2013]\d"
+)
 _SEEN = 2000
 # Characters of a number, however it is written.
 _LONGEST = 60
@@ -73,8 +77,6 @@ def with_plain_numbers(sheet: Sheet) -> Sheet:
     ----------
     sheet : the record.
     """
-    if sheet.text.typed:
-        return sheet
     columns, notes = list(sheet.columns), []
     found = {index: way for index, column in enumerate(sheet.columns) if (way := _way_of(column)) is not None}
     # What is written so in one column is no damage in another, be it there once.

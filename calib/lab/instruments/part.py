@@ -18,6 +18,8 @@ INSTALL = 'pip install "dielectric-elastomer-calibration[formats]"'
 
 # A cell of a sheet: its row from 1 and its column from 0.
 Cell = tuple[int, int]
+#: What is advised at the end of the reason why a channel of another length than its time is no table.
+EXPORT_ALIKE = "export all alike"
 
 
 @dataclass(frozen=True, eq=False)

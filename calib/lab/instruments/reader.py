@@ -23,7 +23,7 @@ from calib.lab.instruments.legend import with_legend
 from calib.lab.instruments.lines import FEW_ROWS, telling
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.parallel import as_parallel
-from calib.lab.instruments.part import CellTypes, Part
+from calib.lab.instruments.part import EXPORT_ALIKE, CellTypes, Part
 from calib.lab.instruments.plain_clocks import with_plain_clocks
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.side_clocks import ONE_CLOCK
@@ -110,7 +110,7 @@ def _read_told(text: LabText, reading: Reading, types: CellTypes | None) -> LabT
     """Read one record of a text whose header says all that is said of its columns."""
     sheet = _own_sheet(text, reading) or cut(text, reading)
     found = None if types is None else certain(sheet, types, reading)
-    if found is not None and found.sheet.declared_decimal:
+    if found is not None and found.sheet.declared_decimal and (found.of_texts or not text.typed):
         reading = replace(reading, decimal="")  # it was for the texts, which are numbers now
     sheet = with_unit_columns(sheet if found is None else found.sheet, reading)
     sheet = with_plain_clocks(with_plain_cells(sheet, reading), reading)
@@ -175,6 +175,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     advice = (
         "If one of them holds a record, say which, and what its columns are: --sheet NAME --columns force=2 --units force=..."
     )
+    if any(part.text is None and part.reason.endswith(EXPORT_ALIKE) for part in parts):
+        # A channel of another length is no part that could be read beside them.
+        advice = "Export all channels with as many readings each, or write them into one CSV file, row by row"
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
 
 

@@ -51,6 +51,8 @@ _FEW_ODD, _SHARE_ODD = 100, 0.1
 _FEW_RESULTS = 8
 # What the number of readings and their range are called beside their mean.
 _BESIDE_RESULTS = ("range", "spannweite", "étendue", "rango", "n", "count", "counts", "number", "anzahl", "nombre")
+#: How the reason of a row with a word such as "Mean" begins.
+OF_RESULTS = "a row of results"
 # A column without a name behind all others that has a cell in a larger share of the rows is one of the table.
 _SHARE_BEYOND = 0.1
 # A last column that is empty in a larger share of the rows is one that is filled more rarely.
@@ -101,7 +103,12 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     # is told by its ends.
     alone = ended.keys() - in_blocks(ended)
     sound -= alone if len(alone) < _OFTEN * len(table.lines) or not ended.keys() <= sound else set()
-    sound |= rows_going_on(sheet, table, results, whole=False) - (ended.keys() - sound)
+    # A word of results where a reading stands is no remark on a row that goes on.
+    named = [
+        table.columns[i] for i, heading in sheet.headings.items() if heading.quantity != "status" and i < len(table.columns)
+    ]
+    in_place = {r for r in results if any(is_result(column[r]) and not is_numeric(column[r]) for column in named)}
+    sound |= rows_going_on(sheet, table, results.keys() - in_place, whole=False) - (ended.keys() - sound)
     worded = worded_rows(sheet, table, {*moved, *results})
     wide = shifted_rows(sheet, worded.without) | {r: why for r, why in (moved | results).items() if r not in sound}
     wide |= worded.reasons
@@ -196,7 +203,7 @@ def _of_results(table: Table) -> dict[int, str]:
             rows += [r for r in near if column[r].strip(" .:=").lower() in _BESIDE_RESULTS]
         rows = sorted(rows)
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
-            found |= {r: f'a row of results: "{column[r].strip()[:40]}"' for r in rows}
+            found |= {r: f'{OF_RESULTS}: "{column[r].strip()[:40]}"' for r in rows}
     return found
 
 

@@ -29,6 +29,7 @@ _SAYS_FACTOR, _SAYS_OFFSET = (
 # How far an instrument reaches is no factor, and words beside these may be of a table of their own.
 _NO_FACTOR = re.compile(r"range|bereich|vertical|horizontal|/ ?div|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
 _TIMES = re.compile(r"\s*(?:[x×*]\s?(?P<behind>\d+(?:[.,]\d+)?)|(?P<before>\d+(?:[.,]\d+)?)\s?[x×])\s*", re.IGNORECASE)
+_OVER = re.compile(r"\s*(?:1\s?)?[/÷]\s?(?P<behind>\d+(?:[.,]\d+)?)\s*")
 # "Scale factors: 1", "gain = 1" before more numbers.
 _LABEL_AND_NUMBER = re.compile(r"(?P<label>[^\W\d][^\d:=]*?)\s*[:=]\s*(?P<number>[+-]?\d[\d.,eE+-]*)")
 
@@ -95,14 +96,17 @@ def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Sc
     together = _LABEL_AND_NUMBER.fullmatch(cells[0]) if cells and len(cells[0]) <= 2 * _LONGEST else None
     cells = [together["label"], together["number"], *cells[1:]] if together is not None else cells
     labels = [i for i, c in enumerate(cells) if c and _number(c) is None and c.strip("-–—")]
+    products = False
     if len(labels) == 1 and (kind := _kind(cells[labels[0]])):
         shift = 1 if labels[0] == 0 and len(cells) == len(sheet.names) + 1 else 0
         shown = f'"{cells[labels[0]]}"'
     elif not labels and alone and _is_of_factors(sheet, cells):
         kind, shift, shown = "", 0, f'"{line.strip()[:_LONGEST]}"'
+    elif products := not labels and len(cells) == len(sheet.names) and all(map(_is_product, filter(None, cells))):
+        kind, shift, shown = "factor", 0, f'"{line.strip()[:_LONGEST]}"'
     else:
         return
-    if shift + len(sheet.names) < len(cells) or sum(_number(c) is not None for c in cells) < 2:
+    if shift + len(sheet.names) < len(cells) or (not products and sum(_number(c) is not None for c in cells) < 2):
         return
     for index in sheet.headings:
         value = _number(cells[index + shift]) if index + shift < len(cells) else None
@@ -189,8 +193,15 @@ def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:
     return [i for i, quantity in own.items() if of == {quantity}]
 
 
+def _is_product(cell: str) -> bool:
+    """Whether a cell is a number with a sign of multiplication or division, and nothing else: "x10", "/2"."""
+    return (_TIMES.fullmatch(cell) or _OVER.fullmatch(cell)) is not None
+
+
 def _number(cell: str) -> float | None:
-    """The number of a cell with either decimal mark, or behind or before a sign of multiplication."""
+    """The number of a cell with either decimal mark, behind or before a sign of multiplication, or one over a number."""
+    if (over := _OVER.fullmatch(cell)) is not None and (below := _number(over["behind"])):
+        return 1.0 / below
     times = _TIMES.fullmatch(cell)
     plain = (times["behind"] or times["before"]) if times is not None else cell
     return next((n for mark in ".," if (n := parse_number(plain, mark)) is not None), None)

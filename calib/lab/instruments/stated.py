@@ -45,8 +45,8 @@ _OF_ONE = (
         re.IGNORECASE,
     ),
     re.compile(
-        rf"(?P<before>[^\d]*?)[\s:;,\t]+(?:mal|fois|por|veces|volte|maal|razy|krát)(?P<behind>\s+)(?P<number>{_NUMBER})(?![\w.,:]*\d)"
-        r"(?:\s+(?:nehmen|genommen|multipli\w+|rechnen|gerechnet|zu \w+))?[\s!.]*",
+        rf"(?P<before>[^\d]*?)[\s:;,\t]+(?:mal|fois|por|veces|volte|maal|razy|krát|durch)(?P<behind>\s+)(?P<number>{_NUMBER})(?![\w.,:]*\d)"
+        r"(?:\s+(?:nehmen|genommen|multipli\w+|rechnen|gerechnet|teilen|geteilt|divid\w+|zu \w+))?[\s!.]*",
         re.IGNORECASE,
     ),
     re.compile(rf"(?P<before>[FCdsz])(?P<behind>[\s:]*)[x×*]\s?(?P<number>{_NUMBER})[\s!.]*"),
@@ -55,24 +55,98 @@ _SYMBOLS = {"F": "force", "C": "capacitance", "d": "displacement", "s": "displac
 _OF_FITS = re.compile(r"correl|korrel|regress|variat|variation|fit\b|determin|friction|reib|[rR]²|\bR2\b", re.IGNORECASE)
 # "multiply Load column by 2", "divide the force by 1000".
 _BY = re.compile(
-    r"\b(?:multipl(?:y|ied|ier\w*|izieren|iziert|icar|icare)|divid(?:e|ed|ieren|iert|ir|er|ere)|scaled|skaliert|amplified|verstärkt|"
+    r"\b(?:multipl(?:y|ied|i[eé]\w*|izieren|iziert|icar|icare|icad[oa]s?)|moltiplica\w*|divid(?:e|ed|ieren|iert|ir|er|ere|id[oa]s?)|"
+    r"divisée?s?|divise[rz]?|divis[oaie]|geteilt|teilen|scaled|skaliert|amplified|verstärkt|"
     r"reduced|increased|times)\b(?P<what>[^\d]*?)"
     rf"(?:\b(?:by|with|mit|durch|um|par|por|per)\s*(?:a\s+|the\s+)?(?:(?:calibration\s+)?factor\s+(?:of\s+)?)?)(?P<number>{_NUMBER})(?![\w.,]*\d)",
     re.IGNORECASE,
 )
-# "all forces times 2", "10x too large", "by a factor 10 too high", "at 1/10 scale", "true force = column / 10".
+_SIZE = (
+    r"(?:large|high|small|low|big|hoch|gro(?:ß|ss)|klein|niedrig|grande?s?|élevée?s?|haute?s?|faibles?|basse?s?|petite?s?|alt[oaie]s?|"
+    r"bass[oaie]|baj[oa]s?|pequeñ[oa]s?|piccol[oaie])"
+)
+_BY_FACTOR = r"(?:(?:an? |the |einen? |den |un |el |le )?(?:fa[ck]tor|facteur|fattore|fator)\s+(?:of\s+|von\s+|d[ei]\s+)?)?"
+# "all forces times 2", "10x too large", "too high by 9.81", "at 1/10 scale", "true force = column / 10".
 _OTHERWISE = (
     re.compile(rf"(?P<what>[^\d]*)\btimes\s+(?P<number>{_NUMBER})(?![\w.,:]*\d)", re.IGNORECASE),
     re.compile(
         rf"(?P<what>[^\d]*?)(?P<number>{_NUMBER})\s*(?:x|×|times|fold|mal)?\s*(?:too|zu|trop|demasiado|troppo)\s+"
-        r"(?:large|high|small|low|big|hoch|gro(?:ß|ss)|klein|niedrig|grande?s?|élevée?s?|petite?s?|alt[oaie]|bass[oaie]|baj[oa]s?)",
+        rf"{_SIZE}",
+        re.IGNORECASE,
+    ),
+    re.compile(
+        rf"(?P<what>[^\d]*?)(?<![^\W_])(?:too|zu|trop|demasiado|troppo|te)\s+{_SIZE}\s+(?:by|um|d['’e]\s?|en|por|di)\s*"
+        rf"{_BY_FACTOR}(?P<number>{_NUMBER})(?:\s?(?:times|mal|fois|veces|volte|[x×]))?(?![\w.,]*\d|\s?[%\w])",
         re.IGNORECASE,
     ),
     re.compile(rf"(?P<what>[^\d]*?)(?:1\s?[/:]\s?)(?P<number>{_NUMBER})\s+scale\b", re.IGNORECASE),
     re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*(?:[*/×]|\sx\s)\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
     re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*(?:[*×]|\sx\s)\s*[^\W\d].*", re.IGNORECASE),
+    re.compile(
+        rf"(?P<what>[^\d=]*)(?:=|\b(?:is|are|ist|sind|est|sont|es|son|è|sono))\s*(?P<number>{_NUMBER})\s?[x×][\s.!)]*", re.I
+    ),
 )
-_PRODUCTS = _OTHERWISE[-2:]
+_PRODUCTS = _OTHERWISE[-3:]
+_COUNTED = re.compile(
+    r"(?<![^\W_])(?:repeat\w*|repetition\w*|cycles?|runs?|press(?:es)?|measured|tested|tests?|averag\w*|wiederhol\w*|zyklen|gemessen|"
+    r"lens|objecti[vf]\w*|zoom|optic\w*|répét\w*|essais?|repeti\w*|ensayos?|ripeti\w*|prove)(?![^\W_])",
+    re.IGNORECASE,
+)
+# Numbers in words, behind or before the words of a factor.
+_FIGURES = {
+    word: figure
+    for figure, words_of in {
+        "2": "two zwei deux dos due dois twee",
+        "3": "three drei trois tres tre três drie",
+        "4": "four vier quatre cuatro quattro quatro",
+        "5": "five fünf cinq cinco cinque vijf",
+        "10": "ten zehn dix diez dieci dez tien",
+        "100": "hundred hundert cent cien cento cem honderd",
+        "1000": "thousand tausend mille mil duizend",
+    }.items()
+    for word in words_of.split()
+}
+_NUMBER_WORD = re.compile(
+    r"(?P<link>(?<![^\W_])(?:by|durch|mit|par|por|per|um|times|mal|factor|faktor|facteur|"
+    r"factor of|factor de|faktor von|facteur de|"
+    rf"fattore)\s+(?:an?\s+)?)?(?P<word>(?<![^\W_])(?:{'|'.join(_FIGURES)}))(?![^\W_])(?P<times>\s+(?:times|mal|fois|veces|volte)\b)?",
+    re.IGNORECASE,
+)
+# "Values of force are doubled", "Kraft halbiert", "force shows half of the load": not of what happened in a test.
+_DOUBLED = re.compile(
+    r"(?<![^\W_])(?:doubled|halved|tripled|quadrupled|(?:ten|hundred|thousand)fold|verdoppelt\w*|halbiert\w*|verdreifacht\w*|"
+    r"verzehnfacht\w*|(?:zwei|drei|zehn|hundert|tausend)fach\w*|doublée?s|doublée?|duplicad[oa]s?|doblad[oa]s?|raddoppiat[oaie]|"
+    r"dimezzat[oaie]|dobrad[oa]s?|verdubbeld|gehalveerd|réduite?s? de moitié|reducid[oa]s? a la mitad|"
+    r"(?:reads?|shows?|is|are|was|were|only|zeigt|ist|sind|nur|est|sont|es|son|è|sono)(?: only| nur)? "
+    r"(?:half|double|twice|a (?:tenth|half|third|quarter)|one (?:tenth|half)|(?:die )?hälfte|(?:das )?doppelte?|halb|doppelt|"
+    r"(?:la )?moitié|(?:le )?double|(?:la )?mitad|(?:el )?doble|(?:la )?metà|(?:il )?doppio)|"
+    r"(?:half|twice) as (?:large|high|much|big|small|low))"
+    r"(?=\s*(?:$|[.,;!)]|(?:by|in|due|because|of|the|its|what|here|throughout|as|par|por|per|durch|aus|im|versehentlich|irrtümlich|"
+    r"de|du|d[ei]l(?:la)?|der|des|dans|en|el|la|il|le|than)(?![^\W_])))",
+    re.IGNORECASE,
+)
+_OF_TESTS = re.compile(
+    r"ranges?\b|bereich|preload|vorlast|vorkraft|précharge|precarga|precarico|steps?\b|schritt|increment|limit|stiff|steif|number|"
+    r"anzahl|target|setpoint|sollwert|noise|rausch|resol|auflös|sampl|filter|interval|corrected|korrigiert|corrigée?|corregid|"
+    r"corrett|already|bereits|schon|déjà|\bya\b|già|\bnot?\b|nicht|kein|\bpas\b|\bnon\b",
+    re.IGNORECASE,
+)
+# "Attenuator 10:1 on load", "Spannungsteiler Kraft 1:2".
+_RATIO = re.compile(
+    r"(?<![^\W\d_])(?:attenuat\w*|(?:voltage[ -])?divider|gears?|gearbox|pulley|amplif\w*|(?:spannungs)?teiler|"
+    r"abschwächer|dämpfungsglied|"
+    r"getriebe|untersetzung|übersetzung|atténuateur|diviseur|réducteur|démultiplication|atenuador|divisor|reductor[a]?|engranaje|"
+    r"attenuatore|partitore|riduttore|verstärk\w*)(?![^\W\d_])[^\d]{0,30}?(?P<one>\d+(?:[.,]\d+)?)\s?[:/]\s?(?P<other>\d+(?:[.,]\d+)?)(?![\d.:/])",
+    re.IGNORECASE,
+)
+# "time in 1/10 s", "Zeit in Zehntelsekunden", "force in hundredths of N": parts of a unit.
+_PART_OF_UNIT = re.compile(
+    r"(?P<what>[^\d]*?)(?<![^\W_])(?:in|en|em|as)\s+(?:1\s?[/⁄]\s?10+\s?(?:of\s+an?\s+)?|"
+    r"(?:tenths?|hundredths?|thousandths?|zehnteln?|hundertsteln?|tausendsteln?|dixièmes?|centièmes?|millièmes?|décimas?|decimas?|"
+    r"centésimas?|milésimas?|decimi|centesimi|millesimi)\s*-?(?:(?:of an?|of|von|d['’]|de|di)\s*)?)"
+    r"(?P<unit>[^\W\d]+)[\s.!)]*",
+    re.IGNORECASE,
+)
 # "gain x10 not corrected in capacitance column", "amplifier gain 10 not yet divided out of force": what was left to be done.
 _NOT_DONE = re.compile(
     r"\b(?:not|never|nicht|non|pas|sin|no)\b(?: (?:yet|been|noch|be|ancora|encore))* (?:correct|divid|appli|compensat|account|"
@@ -132,6 +206,14 @@ OF_OTHERS = re.compile(
     re.IGNORECASE,
 )
 _LONGEST = 120
+# What parts the clauses of a line.
+_CLAUSE = re.compile(r"[,;.](?!\d)")
+# What a line without a figure has that states a factor in words.
+_IN_WORDS = re.compile(
+    rf"doub|halb|hal[fv]|twice|dopp|fach|fold|moiti|dobl|dupli|dobr|raddop|dimezz|met[aà]|mitad|trip|quadrup|tenth|hundred|thousand|zehnt|"
+    rf"hundert|tausend|ième|d[eé]cim|(?:cent|mill?)[eé]sim|(?<![^\W_])(?:{'|'.join(_FIGURES)})(?![^\W_])",
+    re.IGNORECASE,
+)
 
 # "force now in mN", "Load: kN", "all values in gf", "switched to kN", "units: mN".
 _IN_UNIT = re.compile(
@@ -217,7 +299,8 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
     """
     found: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines, first):
-        if len(line) <= _LONGEST and (any(c.isdigit() for c in line) or _NORMALISED.match(line)):
+        told = any(c.isdigit() for c in line) or _NORMALISED.match(line) or _IN_WORDS.search(line)
+        if len(line) <= _LONGEST and told:
             for quantity in _factors_of(line.strip(" \t,;#%\"'")):
                 found.setdefault(quantity, (line.strip()[:60], number))
     return MappingProxyType(found)
@@ -225,6 +308,9 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
 
 def _factors_of(line: str) -> tuple[str, ...]:
     """Of which quantities a line states a factor, "" for any; none if it states none."""
+    line = _NUMBER_WORD.sub(
+        lambda m: m[0].replace(m["word"], _FIGURES[m["word"].lower()]) if m["link"] or m["times"] else m[0], line
+    )
     told = _BY.search(line)
     if told is not None and not _is_one(told["number"]) and not _of_others(line[: told.start("number")]):
         return (next((q for part in (told["what"], line[: told.start()]) if (q := quantity_of(part))), ""),)
@@ -252,10 +338,20 @@ def _factors_of(line: str) -> tuple[str, ...]:
         known = match is not None and (of == "time" or not OF_OTHERS.search(match["what"]))
         if match is not None and known and of is not None and is_unit_of(match["unit"], of) and not _is_one(match["number"]):
             return (of,)
+    part = _PART_OF_UNIT.fullmatch(line)
+    of = quantity_of(part["what"]) if part is not None and not _STEPS_OF_READING.search(part["what"]) else None
+    if part is not None and of is not None and is_unit_of(part["unit"].lower(), of):
+        return (of,)
+    if (ratio := _RATIO.search(line)) is not None and ratio["one"] != ratio["other"]:
+        return _named_in_clause(line, ratio)
+    if (doubled := _DOUBLED.search(line)) is not None and not _of_others(line) and not _OF_TESTS.search(line):
+        return _named_in_clause(line, doubled)
     for pattern in _OTHERWISE:
         match = pattern.match(line)
         if match is not None and not _is_one(match["number"]) and not OF_OTHERS.search(line):
             quantity = quantity_of(match["what"]) or quantity_of(line)
+            if pattern is _PRODUCTS[-1] and _COUNTED.search(line):
+                continue
             if quantity is not None or pattern not in _PRODUCTS:
                 return (quantity or "",)
     for pattern in _OF_ONE:
@@ -274,6 +370,14 @@ def _factors_of(line: str) -> tuple[str, ...]:
             return ()
         return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
     return _factors_of_parts(line)
+
+
+def _named_in_clause(line: str, match: re.Match[str]) -> tuple[str, ...]:
+    """The quantities that are named in the part of a line, between marks, in which something was found."""
+    first = max((m.end() for m in _CLAUSE.finditer(line, 0, match.start())), default=0)
+    end = _CLAUSE.search(line, match.end())
+    clause = line[first : end.start() if end is not None else len(line)]
+    return tuple(q for q in _QUANTITIES[:3] if names_quantity(clause, q))
 
 
 def _of_others(text: str) -> bool:

@@ -29,11 +29,12 @@ _FEW = 3
 
 @dataclass(frozen=True, eq=False)
 class Certain:
-    """A record whose cells are certain; `notes` on it; and for rows by column and line why they are not usable."""
+    """A record whose cells are certain; `notes`; for rows by column and line why they are not usable; were numbers texts."""
 
     sheet: Sheet
     notes: tuple[str, ...]
     reasons: Mapping[int, Mapping[int, str]]
+    of_texts: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
         units_line=units_line,
         declared_decimal="." if pointed else sheet.declared_decimal,
     )
-    return Certain(whole, tuple(notes), MappingProxyType(reasons))
+    return Certain(whole, tuple(notes), MappingProxyType(reasons), any(of.rows for of in texts.values()))
 
 
 def uncalculated_fault(part: Part) -> Fault | None:

@@ -39,6 +39,12 @@ _USUAL = {
 _SEEN = 50
 
 
+# A date and a time of day to the minute: "11.02.2026 14:03".
+_TO_THE_MINUTE = re.compile(
+    r"(?:\d{1,2}[-./]\d{1,2}[-./](?:\d{2}|\d{4})|\d{4}[-./]\d{1,2}[-./]\d{1,2})[ T]\d{1,2}:\d{2}(?:\s?[ap]m)?", re.IGNORECASE
+)
+
+
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
     return reading.units.get(quantity, reading.units.get(IN_PLACE_OF.get(quantity, quantity)))
 
@@ -98,6 +104,12 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         )
     said = [unit for unit in (inside, below, declared) if unit]
     words = next((c.strip() for c in sheet.columns[index] if c.strip() and not is_missing(c)), "") if not said else ""
+    if quantity == "time" and _TO_THE_MINUTE.fullmatch(words):
+        return fault(
+            f'column "{name}": "{words}" has no seconds: rows of one minute are not told apart',
+            "Export the times with their seconds (a spreadsheet program: show them as yyyy-mm-dd hh:mm:ss.000, save again)"
+            ", or leave the time out: --columns time=none",
+        )
     if quantity == "time" and words and not any(map(is_numeric, sheet.columns[index][:_SEEN])):
         return fault(
             f'column "{name}" holds no times that are understood: "{words[:40]}"',

@@ -513,3 +513,31 @@ def test_exponents_of_fortran_are_read_with_a_note(tmp_path: Path) -> None:
     table = read_lab_file(written(tmp_path, "Time (s);Cp (pF)", TIME, cells))
     np.testing.assert_allclose(capacitance(table), [float(c) for c in CAP], rtol=1e-4)
     assert f'exponents as Fortran writes them are read, as in "{cells[0]}"' in table.notes
+
+
+@pytest.mark.parametrize(("mark", "other"), [(".", ","), (",", ".")])
+def test_a_mark_that_the_file_contradicts_is_refused_and_the_other_reads_it(tmp_path: Path, mark: str, other: str) -> None:
+    time, cap = ([c.replace(".", mark) for c in column] for column in (TIME, CAP))
+    path = written(tmp_path, "Time (s);Cp (pF)", time, cap)
+    message = refusal(path, Reading(decimal=other))
+    assert "was asked for, the file shows another" in message
+    assert f'--decimal "{mark}"' in message
+    assert capacitance(read_lab_file(path, Reading(decimal=mark))) == [float(c) for c in CAP]
+
+
+def test_thousands_by_the_mark_that_was_asked_for_are_told(tmp_path: Path) -> None:
+    path = written(tmp_path, "Time (s);Cp (pF)", TIME, comma(CAP))
+    assert "sets thousands apart, as the decimal mark that was asked for says" in " ".join(
+        read_lab_file(path, Reading(decimal=".")).notes
+    )
+
+
+def test_three_decimals_of_a_mark_that_changes_are_read_if_the_numbers_go_on(tmp_path: Path) -> None:
+    half = N // 2
+    time, depth, cap = ([*column[:half], *comma(column[half:])] for column in (TIME, DEPTH, CAP))
+    path = written(tmp_path, "Time (s);Displacement (mm);Cp (pF)", time, depth, cap)
+    assert '--decimal "."' in refusal(path)
+    assert capacitance(read_lab_file(path, Reading(decimal="."))) == [float(c) for c in CAP]
+    far = [*cap[:half], *(f"{float(c) / 10:.3f}".replace(".", ",") for c in CAP[half:])]
+    far_apart = written(tmp_path, "Time (s);Displacement (mm);Cp (pF)", time, depth, far)
+    assert "decimal mark" in refusal(far_apart, Reading(decimal="."))

@@ -395,3 +395,63 @@ def test_a_factor_in_a_name_is_asked_about_even_if_the_column_is_said(tmp_path: 
         read_lab_file(path, Reading(columns={"force": name}))
     table = read_lab_file(path, Reading(columns={"force": name}, units={"force": "2 N"}))
     assert np.allclose(table.columns["force"], 2 * FORCE, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["Kanal 1 [N]", "AI0 [N]", "Channel 3 (N)", "CH2 (N)"])
+def test_a_channel_that_is_taken_by_its_unit_is_noted(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert any(f'force is taken from "{name}", a channel, by its unit N' in note for note in table.notes)
+
+
+@pytest.mark.parametrize(("name", "reach"), [("Force 50N (N)", "50N"), ("Load 10 kN (N)", "10 kN")])
+def test_how_far_an_instrument_reaches_in_a_name_is_passed_by_with_a_note(tmp_path: Path, name: str, reach: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+    assert any(f'"{reach}" in "{name}" is passed by' in note for note in table.notes)
+
+
+def test_a_column_without_a_name_that_goes_up_may_be_the_time(tmp_path: Path) -> None:
+    table = read(tmp_path, ";Depth (mm);Force (N)", TIME, DEPTH, FORCE)
+    assert any('"column 1" rises from row to row' in note and "--columns time=1" in note for note in table.notes)
+    again = read_lab_file(tmp_path / "lab.csv", Reading(columns={"time": "1"}, units={"time": "s"}))
+    assert np.allclose(again.columns["time"], TIME)
+
+
+def test_a_row_of_results_with_an_empty_cell_is_called_by_its_word(tmp_path: Path) -> None:
+    read(tmp_path, "Time (s);Depth (mm);Force (N)", TIME, DEPTH, FORCE)
+    path = tmp_path / "lab.csv"
+    path.write_text(path.read_text(encoding="utf-8") + "Mean;;1.2\nMax;;3.4\n", encoding="utf-8")
+    reasons = read_lab_file(path).reasons[-2:]
+    assert reasons == ('a row of results: "Mean"', 'a row of results: "Max"')
+
+
+@pytest.mark.parametrize(
+    "name", ["Load (N) [Instron 2519-103]", "Force (N, res. 0.001)", "Force (N) [4-wire]", "Force (N) (two-wire)"]
+)
+def test_a_model_a_resolution_and_how_it_is_wired_are_passed_by(tmp_path: Path, name: str) -> None:
+    table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
+    assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_a_capacitance_by_four_wires_is_read(tmp_path: Path) -> None:
+    table = read(tmp_path, "Time (s);Depth (mm);Force (N);Cp (pF) [4-wire]", TIME, DEPTH, FORCE, CAPACITANCE)
+    assert np.allclose(table.columns["capacitance"], 1e-12 * CAPACITANCE, atol=1e-16)
+
+
+def test_of_a_column_of_words_beside_the_one_in_a_unit_the_choice_alone_is_said(tmp_path: Path) -> None:
+    rows = [f"P{1 + i // 10};{t:.2f};{d:.4f};{f:.4f}" for i, (t, d, f) in enumerate(zip(TIME, DEPTH, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Position;Time (s);Z (mm);Fz (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_lab_file(path)
+    assert len(caught.value.faults) == 1
+    assert 'displacement=Z (mm)"' in str(caught.value)
+
+
+def test_times_to_the_minute_are_refused_with_the_reason_and_a_way_out(tmp_path: Path) -> None:
+    rows = [f"11.02.2026 14:{3 + i // 20:02d};{d:.4f};{f:.4f}" for i, (d, f) in enumerate(zip(DEPTH, FORCE, strict=True))]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Time;Depth (mm);Force (N)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has no seconds"):
+        read_lab_file(path)
+    assert "time" not in read_lab_file(path, Reading(columns={"time": "none"})).columns

@@ -31,6 +31,8 @@ _NAME = ("name", "label", "title", "channel", "signal", "bezeichnung", "key", "i
 _SHOWN = 200
 # A table by row numbers: objects of objects, `{"t_s": {"0": 0.0, "1": 0.1}}`.
 _ROW_NUMBER = re.compile(r"\d+")
+# What a text begins with that holds a number: "0.0023 N", "'0.5".
+_BEGINS = re.compile(r"\s*['’]?[-+\u2212(]?\d*[.,]?\d")
 
 
 def recognise(head: bytes, path: Path) -> bool:
@@ -239,7 +241,7 @@ def _is_texts(value: Any) -> bool:
 def _is_column(value: Any) -> bool:
     if not isinstance(value, list) or len(value) < 2 or not all(map(is_cell, value)):
         return False
-    return not all(isinstance(v, str) and not is_clock(v) and not is_date(v) for v in value)
+    return not all(isinstance(v, str) and not is_clock(v) and not is_date(v) and not _BEGINS.match(v) for v in value)
 
 
 def _values(cells: Sequence[Any]) -> Values:

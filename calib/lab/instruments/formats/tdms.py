@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calib.lab.instruments.arrays import ArrayColumn, Source, array_part, is_column
-from calib.lab.instruments.part import Format, Part, damaged, not_installed
+from calib.lab.instruments.part import EXPORT_ALIKE, Format, Part, damaged, not_installed
 from calib.lab.instruments.vocabulary import understand
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _parts(group: TdmsGroup, source: Source, above: Sequence[str], *, closed: bo
     for base, members in tables.items():
         if own_time and base.length not in lengths and all(len(channel) for channel in members):
             its_times = f'"{own_time[0]}" has {min(lengths)}'
-            reason = f"{base.length} readings, and {its_times}: which of them belong together is not told; export all alike"
+            reason = f"{base.length} readings, and {its_times}: which of them belong together is not told; {EXPORT_ALIKE}"
             parts += [Part("channel", f"{source.name}: {channel.name}", None, reason) for channel in members]
             continue
         said = [] if closed else ["the file was not closed: readings after its last whole row are missing"]
