@@ -144,7 +144,7 @@ _DAY = r"(?:(?:19|20)\d\d(?:[-/.]\d{1,2}){0,2}|\d{1,2}[-/.](?:\d{1,2}[-/.])?(?:1
 _OF_MEASURING = (
     rf"(?:(?:{_AT}|v\s?=|(?:test )?speed:?|rate:?)\s*)?{_NUMBER}\s?(?:[mµμun]m|in)\s?/\s?(?:s|sec|min|h)|"
     rf"(?:(?:{_AT}|T\s?=)\s*)?{_NUMBER}\s?(?:(?:°|deg)\s?[CF]|℃)|(?:{_AT}\s*)?{_NUMBER}\s?%\s?(?:RH|r\.?\s?[FH]\.?)|"
-    rf"(?:res(?:olution)?|auflösung|résolution)[\s.:=]*{_NUMBER}(?:\s?[^\W\d_]{{1,3}})?|"
+    rf"(?:res(?:olution)?|auflösung|résolution)[\s.:=]*{_NUMBER}\s?[^\W\d_]{{1,3}}|"
     rf"(?:[2345]|two|three|four|five|zwei|drei|vier)[ -]?(?:wires?|leads?|terminals?|leiter|draht)"
     r"(?:[ -]?(?:messung|connection|method))?|4TP|"
     rf"(?:accuracy )?(?:class|klasse|classe)[\s:]*{_NUMBER}|"

@@ -426,9 +426,9 @@ def test_a_row_of_results_with_an_empty_cell_is_called_by_its_word(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    "name", ["Load (N) [Instron 2519-103]", "Force (N, res. 0.001)", "Force (N) [4-wire]", "Force (N) (two-wire)"]
+    "name", ["Load (N) [Instron 2519-103]", "Force (N) [4-wire]", "Force (N) (two-wire)"]
 )
-def test_a_model_a_resolution_and_how_it_is_wired_are_passed_by(tmp_path: Path, name: str) -> None:
+def test_a_model_and_how_it_is_wired_are_passed_by(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
 
