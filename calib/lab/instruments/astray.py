@@ -178,7 +178,7 @@ def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
     found: list[Astray] = []
     for capacitance in (q for q in SMOOTH[2:] if {_DRIVEN, "force"} <= values.keys() and q in values):
         runs: dict[str, list[Astray]] = {}
-        for quantity in ("force", capacitance):
+        for quantity in ("force", capacitance) if all(map(_leaps, (values["force"], values[capacitance]))) else ():
             pair = {q: _channel(values[q]) for q in (quantity, _DRIVEN)}
             channels = {q: c for q, c in pair.items() if c is not None}
             if len(channels) < len(pair) or not (runs_of := _of_channel(quantity, channels)):
@@ -190,6 +190,12 @@ def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
                 if both > _SAME_ROWS * max(len(one.rows), len(other.rows)):
                     found += [replace(one, beside=_name(capacitance)), replace(other, beside="force")]
     return found
+
+
+def _leaps(values: FloatArray) -> bool:
+    """Whether readings step by the share of their range by which a run begins, which is told at once of most channels."""
+    y = values[np.isfinite(values)]
+    return y.size >= _FEWEST and bool(np.count_nonzero(np.abs(np.diff(y)) > _SHARE * np.ptp(y)) > 1)
 
 
 def _channel(values: FloatArray) -> _Channel | None:

@@ -66,6 +66,8 @@ _KEEPS, _FEWEST_BESIDE = 3.0, 6
 _MOVED, _GOES_WITH, _SHARP = 6.0, 3.0, 0.7
 # A step so many times as large as the others near it is a jump.
 _A_JUMP = 4.0
+# Steps of so many times the middle one may be leaps, of twice as many in a long record.
+_MAY_LEAP = 3.0
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
 # Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
@@ -121,7 +123,7 @@ def _alone_or_both(values: Mapping[str, FloatArray]) -> dict[str, dict[int, floa
     found = _alone(values)
     for capacitance in (q for q in SMOOTH[2:] if {"displacement", "force"} <= values.keys() and q in values):
         pair = ("force", capacitance)
-        if not all(_runs_of(values[q]) for q in pair):
+        if not _leap_together(*(values[q] for q in pair)):
             continue
         # Each beside the ball alone: what both do there while it goes on has not happened.
         each = {q: _alone({"displacement": values["displacement"], q: values[q]}).get(q, {}) for q in pair}
@@ -130,6 +132,16 @@ def _alone_or_both(values: Mapping[str, FloatArray]) -> dict[str, dict[int, floa
         for q in pair if ball else ():
             found[q] = {**found.get(q, {}), **{r: each[q][r] for r in ball}}
     return found
+
+
+def _leap_together(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two channels leap from one row to the next, and do so again nearby, which is told at once of most records."""
+    there = np.isfinite(one) & np.isfinite(other)
+    steps = np.abs(np.diff(np.stack([one[there], other[there]])))
+    if steps.shape[1] < 2 * _BESIDE:
+        return False
+    least = (_MAY_LEAP if steps.shape[1] <= _SHORT else 2 * _MAY_LEAP) * np.median(steps, axis=1)
+    return bool(np.count_nonzero(np.all(steps > least[:, None], axis=0)) > 1)
 
 
 def _is_beside(values: FloatArray, row: int) -> bool:
