@@ -425,9 +425,7 @@ def test_a_row_of_results_with_an_empty_cell_is_called_by_its_word(tmp_path: Pat
     assert reasons == ('a row of results: "Mean"', 'a row of results: "Max"')
 
 
-@pytest.mark.parametrize(
-    "name", ["Load (N) [Instron 2519-103]", "Force (N) [4-wire]", "Force (N) (two-wire)"]
-)
+@pytest.mark.parametrize("name", ["Load (N) [Instron 2519-103]", "Force (N) [4-wire]", "Force (N) (two-wire)"])
 def test_a_model_and_how_it_is_wired_are_passed_by(tmp_path: Path, name: str) -> None:
     table = read(tmp_path, f"Time (s);Depth (mm);{name}", TIME, DEPTH, FORCE)
     assert np.allclose(table.columns["force"], FORCE, atol=1e-4)
