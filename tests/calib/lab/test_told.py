@@ -1,6 +1,7 @@
 """Settings and results beside a record that its readings contradict: refused where a unit explains it, else noted."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ NOISE = np.random.default_rng(7).normal(size=(2, TIME.size))
 PLAIN = "Time (s),Displacement (mm),Force (N),Capacitance (pF)"
 
 
-def told(path: Path, *above: str, header: str = PLAIN, scale: tuple[float, ...] = (1, 1, 1, 1), **said: object) -> LabTable:
+def told(path: Path, *above: str, header: str = PLAIN, scale: tuple[float, ...] = (1, 1, 1, 1), **said: Any) -> LabTable:
     columns = (
         scale[0] * TIME,
         scale[1] * (PLACE + 2e-4 * NOISE[0]),
@@ -27,7 +28,7 @@ def told(path: Path, *above: str, header: str = PLAIN, scale: tuple[float, ...] 
     rows = [",".join(f"{cell:.7g}" for cell in row) for row in zip(*columns, strict=True)]
     file = path / "told.csv"
     file.write_text("\n".join([*above, "", header, *rows]) + "\n")
-    return calib.read_lab_file(file, calib.Reading(**said))  # type: ignore[arg-type]
+    return calib.read_lab_file(file, calib.Reading(**said))
 
 
 @pytest.mark.parametrize(
