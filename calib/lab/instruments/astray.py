@@ -12,7 +12,7 @@ from calib.lab.instruments.growing_noise import growing_noise
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.spikes import SMOOTH, last_step, least_apart, noise_of
+from calib.lab.instruments.spikes import SMOOTH, last_step, least_apart, noise_of, turns_of
 from calib.lab.instruments.sticking import sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
 from calib.lab.instruments.units import IN_PLACE_OF
@@ -176,6 +176,7 @@ def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
     nothing, or of another time, where the machine's displacement is right.
     """
     found: list[Astray] = []
+    turns = turns_of(values[_DRIVEN]) if _DRIVEN in values else np.zeros(0, dtype=np.int64)
     for capacitance in (q for q in SMOOTH[2:] if {_DRIVEN, "force"} <= values.keys() and q in values):
         runs: dict[str, list[Astray]] = {}
         for quantity in ("force", capacitance) if all(map(_leaps, (values["force"], values[capacitance]))) else ():
@@ -187,7 +188,9 @@ def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
         for one in runs["force"] if len(runs) > 1 else ():
             for other in runs[capacitance]:
                 both = len({*one.rows} & {*other.rows})
-                if both > _SAME_ROWS * max(len(one.rows), len(other.rows)):
+                # Where the ball turns round, a ball that slipped and sticks again comes back to its course.
+                turned = bool(np.any((turns >= one.rows[0] - 1) & (turns <= one.rows[-1] + 1)))
+                if not turned and both > _SAME_ROWS * max(len(one.rows), len(other.rows)):
                     found += [replace(one, beside=_name(capacitance)), replace(other, beside="force")]
     return found
 

@@ -66,6 +66,8 @@ _KEEPS, _FEWEST_BESIDE = 3.0, 6
 _MOVED, _GOES_WITH, _SHARP = 6.0, 3.0, 0.7
 # A step so many times as large as the others near it is a jump.
 _A_JUMP = 4.0
+# The ball goes on where the readings beside go so much of their steps one way; a capacitance goes with the load within a share.
+_ONE_WAY, _IN_PROPORTION = 0.8, 0.3
 # Steps of so many times the middle one may be leaps, of twice as many in a long record.
 _MAY_LEAP = 3.0
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
@@ -128,7 +130,10 @@ def _alone_or_both(values: Mapping[str, FloatArray]) -> dict[str, dict[int, floa
         # Each beside the ball alone: what both do there while it goes on has not happened.
         each = {q: _alone({"displacement": values["displacement"], q: values[q]}).get(q, {}) for q in pair}
         both = [r for r in each["force"] if r in each[capacitance]]
-        ball = {r for r in both if r not in found.get("displacement", {}) and _is_beside(values["displacement"], r)}
+        place = values["displacement"]
+        ball = {r for r in both if r not in found.get("displacement", {}) and _is_beside(place, r)}
+        # While the ball does not go on, a knock shows in both alike.
+        ball = {r for r in ball if _goes_on_evenly(place, r) or not _is_on_course(values["force"], values[capacitance], r)}
         for q in pair if ball else ():
             found[q] = {**found.get(q, {}), **{r: each[q][r] for r in ball}}
     return found
@@ -154,6 +159,29 @@ def _is_beside(values: FloatArray, row: int) -> bool:
     near = np.delete(values[rows[max(k - _BESIDE, 0) : k + _BESIDE + 1]], min(k, _BESIDE))
     room = float(np.ptp(near)) / near.size + _KEEPS * noise_of(values[rows])
     return bool(np.min(near) - room <= values[row] <= np.max(near) + room)
+
+
+def _goes_on_evenly(values: FloatArray, row: int) -> bool:
+    """Whether the readings beside one go one way, none of their steps being most of it."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    near = values[rows[max(k - _BESIDE, 0) : k + _BESIDE + 1]]
+    gone, steps = abs(float(near[-1] - near[0])), np.abs(np.diff(near))
+    return gone > max(_ONE_WAY * float(np.sum(steps)), _KEEPS * noise_of(values[rows]), 2 * float(np.max(steps)))
+
+
+def _is_on_course(load: FloatArray, capacitance: FloatArray, row: int) -> bool:
+    """Whether a capacitance is what it is elsewhere at such a load, or goes on in proportion beyond all others."""
+    there = np.isfinite(load) & np.isfinite(capacitance)
+    there[row] = False
+    rows = np.flatnonzero(there)
+    near = rows[np.argsort(np.abs(load[rows] - load[row]))[: 2 * _BESIDE]]
+    slope = (np.ptp(capacitance[rows]) / np.ptp(load[rows])) if np.ptp(load[rows]) > 0 else 0.0
+    level, beyond = float(np.median(capacitance[near])), float(load[row] - np.median(load[near]))
+    off = min(abs(float(capacitance[row]) - level - way * slope * beyond) for way in (1, -1))
+    return off < max(
+        float(np.ptp(capacitance[near])), _KEEPS * noise_of(capacitance[rows]), _IN_PROPORTION * slope * abs(beyond)
+    )
 
 
 def _alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
