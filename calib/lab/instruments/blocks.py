@@ -745,7 +745,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
             )
         )
     lone = sum(len(row) == 1 for row in rows)
-    passed = lone if lone <= max(_FEW_LONE, int(_SHARE_LONE * len(rows))) else 0
+    are_few = lone <= max(_FEW_LONE, int(_SHARE_LONE * len(rows)))
     for row, line in zip(rows, lines.tolist(), strict=True):
         if len(row) > width and any(c.strip() for c in row[width:]):
             if _fits_once_moved(row, width):
@@ -774,7 +774,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
             faults.append(
                 Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
             )
-        elif sheet.delimiter == " " and len(row) < width and not (passed and len(row) == 1):
+        elif sheet.delimiter == " " and len(row) < width and not (are_few and len(row) == 1):
             # Blanks cannot hold an empty cell's place.
             faults.append(
                 Fault(

@@ -65,13 +65,13 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
     for index, cells in enumerate(columns):
-        if (plain := _without_beside(cells, sheet.names[index] if index < len(sheet.names) else "")) is not None:
+        name = sheet.names[index] if index < len(sheet.names) else ""
+        if (plain := _without_beside(cells, name)) is not None:
             columns[index], what = plain
-            notes.append(f'"{sheet.names[index]}": {what} each number is passed by')
+            notes.append(f'"{name}": {what} each number is passed by')
         if (weights := _of_balance(cells)) is not None:
             columns[index] = weights
             first = next(cell for cell in cells if cell.strip()).strip()
-            name = sheet.names[index] if index < len(sheet.names) else ""
             notes.append(f'"{name}": the weights of a balance are read with the sign that stands apart, as in "{first}"')
     sheet = replace(sheet, columns=tuple(columns), notes=tuple(notes))
     for index, heading in {**sheet.headings, **_by_cells(sheet)}.items():

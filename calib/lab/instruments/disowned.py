@@ -167,7 +167,7 @@ def _numbered_otherwise(lines: Sequence[str], read: Mapping[str, tuple[str, int]
         if read_as and told_of != read_as and told_of in own.values():
             of = {told_of, read_as, *found.get(line, ())}
             found[line] = tuple(q for q in _QUANTITIES if q in of)
-    return {line: of for line, of in found.items() if of}
+    return found
 
 
 def _turned(line: str) -> bool:

@@ -99,13 +99,14 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
         if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or width_of_row(written):
             continue
-        if written == text.lines[index - 1] and text.lines[index + 1 : index + 2] == (written,):
+        below = text.lines[index + 1 : index + _ROWS_SEEN]
+        if index and text.lines[index - 1] == written == next(iter(below), None):
             continue  # the same in line after line
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
             if delimiter == " " and ((found is not None and found[0] != " " and best[0]) or text.typed):
                 continue  # cells of a workbook stand by themselves
-            for cells in _header_cells(line, delimiter, text.lines[index + 1 : index + _ROWS_SEEN]):
+            for cells in _header_cells(line, delimiter, below):
                 if len(cells) > _WIDEST or not any(cells):
                     continue
                 cells = cells if wanted.intersection(cells) else plain_names(cells)
@@ -123,22 +124,16 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 if (
                     not known
                     or numerals > most
-                    or (
-                        numerals
-                        and named_so
-                        and not _fits_rows(len(cells), text.lines[index + 1 : index + _ROWS_SEEN], delimiter)
-                    )
+                    or (numerals and named_so and not _fits_rows(len(cells), below, delimiter))
                     or _units_of_names_above(text.lines[:index], cells, delimiter)
-                    or _says_units_of_names_below(line, text.lines[index + 1 : index + _ROWS_SEEN])
+                    or _says_units_of_names_below(line, below)
                 ):
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
-                if not rows and delimiter == " " and _stands_between_others(line, text.lines[index + 1 : index + _ROWS_SEEN]):
+                if not rows and delimiter == " " and _stands_between_others(line, below):
                     continue
-                seen = text.lines[index + 1 : index + _ROWS_SEEN]
-                if len(known) < 2 and (rows == 0 or _names_stand_nearer(cells, seen, delimiter)):
+                if len(known) < 2 and (rows == 0 or _names_stand_nearer(cells, below, delimiter)):
                     continue
-                below = text.lines[index + 1 : index + _ROWS_SEEN]
                 score = (rows, len(known), rows > 0 and _width_below(below, delimiter) == len(cells))
                 if found is not None and rows and is_same_header(cells, found[2]) and best[0]:
                     if (
