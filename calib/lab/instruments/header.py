@@ -499,9 +499,10 @@ def no_header(text: LabText) -> Fault:
 
 def _first_row(text: LabText) -> tuple[int, int]:
     """The index of the first line of numbers that stands with others, and its cells; the first line and 0 of a file without."""
-    filled = [(i, width_of_row(line)) for i, line in enumerate(text.lines[:HEADER_WITHIN]) if line.strip()]
-    rows = ((i, n) for (i, n), (_, below) in pairwise(filled) if n > 1 and n == below)
-    return next(rows, (filled[0][0] if filled else 0, 0))
+    filled = [i for i, line in enumerate(text.lines[:HEADER_WITHIN]) if line.strip()]
+    widths = ((i, width_of_row(text.lines[i])) for i in filled)
+    rows = ((i, n) for (i, n), (_, below) in pairwise(widths) if n > 1 and n == below)
+    return next(rows, (filled[0] if filled else 0, 0))
 
 
 def _one_a_line(text: LabText) -> Fault | None:
@@ -537,6 +538,8 @@ def _numbers_with_units(text: LabText) -> tuple[int, str, dict[str, int]] | None
     Each quantity is the one of a single column.
     """
     for line, written in enumerate(text.lines[:HEADER_WITHIN]):
+        if not re.search(r"[^\W\d_]", written):
+            continue
         for delimiter in DELIMITERS:
             cells = split_line(written, delimiter) if delimiter != " " else _WITH_UNIT_APART.findall(written)
             own = {k: re.sub(r"^[^a-zµμÅ%]*", "", c, flags=re.I) for k, c in enumerate(cells, 1) if with_its_unit(c)}
