@@ -178,6 +178,14 @@ _IN_ANY_CASE: Mapping[str, Mapping[str, str]] = MappingProxyType(
         for si, table in _BY_SPELLING.items()
     }
 )
+_DIFFER_BY_CASE: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        si: MappingProxyType(
+            {low: tuple(sorted({asked for word, asked in table.items() if word.lower() == low})) for low in map(str.lower, table)}
+        )
+        for si, table in _BY_SPELLING.items()
+    }
+)
 _MASSES = frozenset(
     [
         "g",
@@ -358,8 +366,8 @@ def may_be_meant(unit: str, quantity: str) -> tuple[str, ...]:
     si, tidy = SI_UNIT[quantity], _tidy(unit)
     table = _MEANT.get(si, {})
     listed = next((meant for word, meant in table.items() if tidy in (word, word.upper())), ())
-    alike = {asked for word, asked in _BY_SPELLING[si].items() if word.lower() == tidy.lower()} if si else set()
-    return listed or tuple(dict.fromkeys(_usual(si, asked) for asked in sorted(alike)))
+    alike = _DIFFER_BY_CASE[si].get(tidy.lower(), ()) if si else ()
+    return listed or tuple(dict.fromkeys(_usual(si, asked) for asked in alike))
 
 
 def _usual(si: str, asked: str) -> str:

@@ -607,6 +607,9 @@ def spelled_unit(cell: str) -> tuple[str, str] | None:
     return next(((q, u) for u in (cell, cell.lower()) for q in RECORDED if is_unit_of(u, q)), None)
 
 
+_BEGINNINGS = MappingProxyType({quantity: "\n" + "\n".join(names) for quantity, names in NAMES.items()})
+
+
 def _cut_name(name: str, units: Sequence[str]) -> str:
     """The name that one cut to a fixed width is the beginning of, as "Standardkr" of testers: by a unit of one quantity alone.
 
@@ -617,7 +620,7 @@ def _cut_name(name: str, units: Sequence[str]) -> str:
     whole = {
         quantity: next(n for n in names if n.startswith(name))
         for quantity, names in NAMES.items()
-        if any(n.startswith(name) for n in names) and any(u and is_unit_of(u, quantity) for u in units)
+        if f"\n{name}" in _BEGINNINGS[quantity] and any(u and is_unit_of(u, quantity) for u in units)
     }
     return next(iter(whole.values())) if len(whole) == 1 else ""
 

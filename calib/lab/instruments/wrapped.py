@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from calib.lab.instruments.numbers import is_numeric
@@ -43,6 +42,11 @@ def with_whole_header(lines: Sequence[str]) -> tuple[list[str], str]:
 
 def _names(line: str, delimiter: str) -> list[Heading]:
     """What the cells of a line are, beside a delimiter that it may end or begin with; none if one is not understood."""
-    cells = [cell.strip(' "') for cell in re.split(re.escape(delimiter), line.strip().strip(delimiter))]
-    found = [understand(cell) for cell in cells]
-    return [heading for heading in found if heading is not None] if None not in found else []
+    found: list[Heading] = []
+    for cell in line.strip().strip(delimiter).split(delimiter):
+        name = cell.strip(' "')
+        heading = None if is_numeric(name) else understand(name)
+        if heading is None:
+            return []
+        found.append(heading)
+    return found
