@@ -15,6 +15,11 @@ from calib.lab.signal import reading_noise, reversals
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
 
+# Readings on either side of where a smoothed record turns among which it does; of the steps there, how far beyond it the
+# reading may lie at which it turns, one farther off being a stray, and by how little readings are as far.
+_NEAR, _BEYOND, _AS_FAR = 3, 4, 0.5
+# By how much of its noise a load falls between two readings, if it does.
+_GIVES_WAY = 4
 # How far the force has risen, as a share of its range, where contact is taken to begin; and where a record begins pressed.
 _TOUCHED, _PRESSED = 0.05, 0.2
 # Travel, as a share of that over which the force changes, from which on a crosshead does not stand still.
@@ -56,7 +61,7 @@ def label_branches(
         return labels, cycle, again
     # A press may be short against approach and withdrawal: it is measured by where the force changes.
     working = span if force is None else min(span, max(working_range(smooth, calm(force)), 0.02 * span))
-    turns = reversals(smooth, max(share * working, 6 * noise))
+    turns = _turning_rows(values, smooth, reversals(smooth, max(share * working, 6 * noise)), force, noise)
     clock = np.arange(n, dtype=float) if time is None else time - time[0]
     still = np.zeros(n, dtype=bool)
     count = 0
@@ -77,8 +82,9 @@ def label_branches(
     for k in _growing(parts, opening, rise, grows, least):
         opening[k] = True
     for (start, stop), opens in zip(parts, opening, strict=True):
-        rows = slice(start, stop + 1)
         rising = smooth[stop] > smooth[start]
+        # The readings at which it turns are the last and the first of the ways on which the ball goes in.
+        rows = slice(start + (not rising and start > 0), stop + (rising or stop == n - 1))
         count += int(opens)
         labels[rows] = "loading" if rising else "unloading"
         cycle[rows] = count
@@ -87,6 +93,37 @@ def label_branches(
             still[rows] |= _standing(values[rows], clock[rows], noise, span, working)
     labels[still] = "hold"
     return labels, cycle, again
+
+
+def _turning_rows(
+    values: FloatArray, smooth: FloatArray, turns: Sequence[int], force: FloatArray | None, noise: float
+) -> list[int]:
+    """The rows of the readings at which a record turns: the farthest near each turn of the smoothed one, whose tip is cut off.
+
+    Parameters
+    ----------
+    values, smooth : the readings, and the same smoothed, (n_row,).
+    turns : rows at which the smoothed ones turn, with the first and the last row.
+    force : beside a displacement, or None.
+    noise : of a reading.
+    """
+    load_noise = 0.0 if force is None else reading_noise(force)
+    found = [turns[0]]
+    for before, turn, after in zip(turns, turns[1:], turns[2:], strict=False):
+        way = np.sign(smooth[turn] - smooth[before])
+        low, high = max(turn - _NEAR, found[-1] + 1), min(turn + _NEAR, after - 1)
+        near = values[low : high + 1]
+        beyond = (near - smooth[turn]) * way
+        steps = np.abs(np.diff(smooth[max(before, low - _NEAR) : high + 2]))
+        beyond[beyond > max(_BEYOND * float(np.max(steps)), 6 * noise)] = -np.inf
+        # It may turn between two readings, or rest: the first of those that are as far is the last on the way in.
+        as_far = max(_AS_FAR * float(np.median(steps[: max(turn - low, 1)])), 2 * noise)
+        at = low + int(np.argmax(beyond >= np.max(beyond) - as_far))
+        # A load that gives way on the last step in shows that the ball was on its way back when it was read.
+        if force is not None and way > 0 and at - 1 > found[-1] and force[at - 1] - force[at] > _GIVES_WAY * load_noise:
+            at -= 1
+        found.append(at)
+    return [*found, turns[-1]]
 
 
 def _touch(x: FloatArray, force: FloatArray) -> tuple[float, bool]:

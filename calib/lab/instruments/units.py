@@ -181,7 +181,7 @@ _IN_ANY_CASE: Mapping[str, Mapping[str, str]] = MappingProxyType(
 _DIFFER_BY_CASE: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
         si: MappingProxyType(
-            {low: tuple(sorted({asked for word, asked in table.items() if word.lower() == low})) for low in map(str.lower, table)}
+            {low: tuple(sorted({a for word, a in table.items() if word.lower() == low})) for low in map(str.lower, table)}
         )
         for si, table in _BY_SPELLING.items()
     }

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
+from calib.lab.branches import label_branches
 from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.pressing import make_sweep
@@ -177,6 +178,31 @@ def test_the_way_back_is_used_instead_of_the_way_in(folder: Path) -> None:
     assert "loading branch (unloading is used)" in why_left_out(obs)
     assert {v.check for v in judge(obs)} >= {"signal", "start before contact", "gap in time"}
     assert [v for v in judge(obs, 1e-7) if v.level == "bad"] == []
+
+
+@pytest.mark.parametrize("back", [1.0, 3.0])
+@pytest.mark.parametrize("behind", [0.0, 0.2, 0.5, 0.95])
+@pytest.mark.parametrize("n", [60, 121, 400])
+def test_the_ball_turns_between_the_readings_at_which_it_does(tmp_path: Path, n: int, behind: float, back: float) -> None:
+    rng = np.random.default_rng(n)
+    top = n // 2 + behind  # the turn, in readings
+    i = np.arange(int(top + top / back))
+    way_in = i <= top
+    depth = np.where(way_in, i, top - back * (i - top)) / top
+    force = 5 * np.maximum(depth - 0.2, 0) ** 1.5 * np.where(way_in, 1, 0.93) + rng.normal(0, 0.004, i.size)
+    place = depth + rng.normal(0, 4e-4, i.size)
+    lines = [f"{0.1 * k:.1f},{x:.5f},{f:.4f}" for k, x, f in zip(i, place, force, strict=True)]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(["Time (s),Displacement (mm),Force (N)", *lines]) + "\n")
+    seen = observe(read_lab_file(path))
+    assert list(seen.branch) == ["loading" if k else "unloading" for k in way_in]
+
+
+def test_a_reading_far_off_at_the_turn_is_not_where_the_ball_turns() -> None:
+    depth = np.concatenate([np.arange(60.0), np.arange(60.0)[::-1]])
+    depth[62] += 40  # a stray on the way back
+    branch, _, _ = label_branches(depth, None, np.maximum(depth - 10, 0), standstill=True)
+    assert branch.tolist() == ["loading"] * 60 + ["unloading"] * 60
 
 
 def test_a_record_that_starts_pressed_can_be_used_on_its_way_back(tmp_path: Path) -> None:
