@@ -61,7 +61,9 @@ def label_branches(
         return labels, cycle, again
     # A press may be short against approach and withdrawal: it is measured by where the force changes.
     working = span if force is None else min(span, max(working_range(smooth, calm(force)), 0.02 * span))
-    turns = _turning_rows(values, smooth, reversals(smooth, max(share * working, 6 * noise)), force, noise)
+    turns = reversals(smooth, max(share * working, 6 * noise))
+    rises = [bool(smooth[b] > smooth[a]) for a, b in pairwise(turns)]
+    turns = _turning_rows(values, smooth, turns, force, noise)
     clock = np.arange(n, dtype=float) if time is None else time - time[0]
     still = np.zeros(n, dtype=bool)
     count = 0
@@ -72,7 +74,7 @@ def label_branches(
         touch, pressed = _touch(smooth, force)
         base = touch if pressed else max(base, touch)
     parts = list(pairwise(turns))
-    opening = [bool(smooth[b] > smooth[a] and smooth[b] - base >= 0.5 * (top - base)) for a, b in parts]
+    opening = [rising and bool(smooth[b] - base >= 0.5 * (top - base)) for (_, b), rising in zip(parts, rises, strict=True)]
     if force is not None:
         rise, grows = _rise(smooth, median_filter(force, size=5, mode="nearest")), _GROWS
         least = 6 * reading_noise(force)
@@ -81,8 +83,7 @@ def label_branches(
         least = 6 * noise
     for k in _growing(parts, opening, rise, grows, least):
         opening[k] = True
-    for (start, stop), opens in zip(parts, opening, strict=True):
-        rising = smooth[stop] > smooth[start]
+    for (start, stop), rising, opens in zip(parts, rises, opening, strict=True):
         # The readings at which it turns are the last and the first of the ways on which the ball goes in.
         rows = slice(start + (not rising and start > 0), stop + (rising or stop == n - 1))
         count += int(opens)
@@ -175,9 +176,11 @@ def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, 
     """
     n = values.size
     still = np.zeros(n, dtype=bool)
+    if n < 20:
+        return still
     duration = float(clock[-1] - clock[0])
     travel = abs(float(values[-1] - values[0]))
-    if n < 20 or duration <= 0 or travel == 0:
+    if duration <= 0 or travel == 0:
         return still
     mean_speed = travel / duration
     interval = duration / (n - 1)

@@ -474,7 +474,9 @@ def _cells(sheet: Sheet, index: int) -> Sequence[str]:
     cells = sheet.columns[index]
     if not sheet.cut_short:
         return cells
-    return [*cells[:-1], ""]
+    cells = list(cells)
+    cells[-1] = ""
+    return cells
 
 
 def _blocks(empty: BoolArray) -> list[tuple[int, int]]:

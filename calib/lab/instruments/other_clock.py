@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 
@@ -253,8 +254,10 @@ def _without_distrusted(sheet: Sheet) -> Sheet:
     last = next((r for r in range(len(sheet.lines) - 1, -1, -1) if sheet.reasons.get(r) != NO_LAST_CELL), -1)
     if all(r > last for r in sheet.reasons):
         return sheet
-    kept = [r for r in range(len(sheet.lines)) if r not in sheet.reasons or r > last]
-    return replace(sheet, columns=tuple([c[r] for r in kept] for c in sheet.columns), lines=sheet.lines[kept], reasons={})
+    kept = np.ones(len(sheet.lines), dtype=bool)
+    kept[[r for r in sheet.reasons if r <= last]] = False
+    columns = tuple(list(compress(c, kept.tolist())) for c in sheet.columns)
+    return replace(sheet, columns=columns, lines=sheet.lines[kept], reasons={})
 
 
 def _with_a_clock(sheet: Sheet, places: Mapping[str, int], index: int) -> str:

@@ -259,12 +259,28 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
         return _cut_each(map(split_blanks, lines), delimiter, width, n_needed(sheet))
     if not any(map(contains, lines, repeat('"'))):
         return _cut_at_once(lines, delimiter, width, n_needed(sheet))
+    if width >= n_needed(sheet) and (quoted := _cut_at_quotes(lines, delimiter, width)) is not None:
+        return quoted, {}
     if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):
         return None
     rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
     alike = _cut_each(rows, delimiter, width, n_needed(sheet))
     # A cell whose quotation mark is open goes on in the next line.
     return alike if alike is not None and rows.line_num == len(lines) == len(alike[0][0]) else None
+
+
+def _cut_at_quotes(lines: Sequence[str], delimiter: str, width: int) -> list[list[str]] | None:
+    """The columns of lines of as many cells as the header has, all of them in quotes, with none within; None of any others."""
+    between, text = f'"{delimiter}"', "\n".join(lines)
+    if not text.startswith('"') or not text.endswith('"') or text.count('"\n"') != len(lines) - 1:
+        return None
+    if set(map(str.count, lines, repeat('"'))) != {2 * width} or set(map(str.count, lines, repeat(between))) != {width - 1}:
+        return None
+    inner = text[1:-1].replace('"\n"', between)
+    if inner.count('"') != 2 * inner.count(between):
+        return None
+    cells = inner.split(between)
+    return [cells[i::width] for i in range(width)] if any(map(str.strip, cells)) else None
 
 
 def _cut_at_once(lines: Sequence[str], delimiter: str, width: int, least: int) -> tuple[list[list[str]], dict[int, int]] | None:

@@ -501,18 +501,40 @@ def _expected(rows: IntArray, y: FloatArray, k: int, floor: float, turns: IntArr
     first, last = _way(rows, k, turns)
     # Beside a turn a step of the channel would be told, too, if one of the few behind it were left out.
     cut = (first > 0 and k - first < _BESIDE) or (last < y.size and last - 1 - k < _BESIDE)
-    # Near an end of the record a corner among those farther off is none of its own.
-    nearer = [i for i in beside if abs(i - k) <= _BESIDE]
-    for kept in (beside, *([i for i in beside if i != without] for without in beside if not cut), nearer):
-        if len(kept) < _FEWEST_BESIDE:
-            continue
-        near, sd, spread = _course_at(rows, y, k, kept)
+    weights, residuals, degrees, spread = _cubics(tuple((rows[beside] - rows[k]).tolist()), k - beside[0], cut)
+    if not weights.size:
+        return None
+    kept = y[beside]
+    near = weights @ kept
+    off, sd = np.abs(float(y[k]) - near), np.sqrt(np.sum((residuals @ kept) ** 2, axis=1) / degrees)
+    for i in np.flatnonzero(off > _CUBIC_LOCAL * sd * spread).tolist():
         least = floor
-        if np.ptp(y[kept]) == 0:  # where those beside it rest, a display shows less than its steps are elsewhere
+        if (
+            np.ptp(kept[residuals[i].any(axis=1)]) == 0
+        ):  # where those beside it rest, a display shows less than its steps are elsewhere
             least = min(floor, max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * last_step(np.unique(y))))
-        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, least) * spread:
-            return near
+        if off[i] > least * spread[i]:
+            return float(near[i])
     return None
+
+
+@lru_cache(maxsize=512)
+def _cubics(places: tuple[int, ...], before: int, cut: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Of cubics through readings about 0: through all; without one of each, if not `cut`; and without those farther off.
+
+    `before` of them stand before the reading at 0. Per cubic, of those through enough readings, what `_cubic` has, (n, n_place)
+    and (n, n_place, n_place), 0 for readings without part in it, its degrees of freedom, and the spread.
+    """
+    n = len(places)
+    all_of = list(range(n))
+    # Near an end of the record a corner among those farther off is none of its own.
+    nearer = [i for i in all_of if before - _BESIDE <= i < before + _BESIDE]
+    ways = [all_of, *([i for i in all_of if i != without] for without in all_of if not cut), nearer]
+    ways = [kept for kept in ways if len(kept) >= _FEWEST_BESIDE]
+    weights, residuals, spread = np.zeros((len(ways), n)), np.zeros((len(ways), n, n)), np.zeros(len(ways))
+    for i, kept in enumerate(ways):
+        weights[i, kept], residuals[i][np.ix_(kept, kept)], spread[i] = _cubic(tuple(places[k] for k in kept))
+    return weights, residuals, np.array([len(kept) - 4.0 for kept in ways]), spread
 
 
 @lru_cache(maxsize=512)

@@ -80,8 +80,10 @@ def worded_rows(sheet: Sheet, table: Table, known: Collection[int]) -> Worded:
 
 def _worded(column: Sequence[str]) -> list[int]:
     """The rows whose cell is a word, where few are and the others are all numbers or mostly empty; else none."""
-    few = max(_FEW, int(_SHARE * len(column)))
-    if len(column) - column.count("") <= few:
+    few, n_filled = max(_FEW, int(_SHARE * len(column))), len(column) - column.count("")
+    if not n_filled:
+        return []
+    if n_filled <= few:
         odd: list[int] | None = [r for r, cell in enumerate(column) if cell and cell.strip() and not is_numeric(cell)]
     else:
         odd = not_numbers(column, few)
