@@ -9,8 +9,11 @@ from typing import Any
 
 import h5py
 import numpy as np
+import openpyxl
 import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+from openpyxl.comments import Comment
+from openpyxl.packaging.custom import StringProperty
 from scipy.io import savemat
 from turning_press import DIGITS, turning_press
 
@@ -460,3 +463,49 @@ def test_lines_above_rows_that_name_their_values_act(tmp_path: Path, words: str)
     path.write_text("\n".join([words, *rows]) + "\n", encoding="utf-8")
     assert words in refusal(path)
     is_press(read_lab_file(path, Reading(units={"force": "N"})))
+
+
+# --- workbooks -----------------------------------------------------------------------------------------------------------
+
+
+def xlsx(path: Path, on_names: Mapping[int, str], *, description: str = "", custom: str = "") -> Path:
+    """A workbook with comments on its names, by column, and with properties."""
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append([f"{NAMES[q]} ({UNITS[q]})" for q in UNITS])
+    for row in zip(*(PRESS[q].tolist() for q in UNITS), strict=True):
+        sheet.append(row)
+    for column, words in on_names.items():
+        sheet.cell(1, column).comment = Comment(words, "lab")
+    book.properties.description = description
+    if custom:
+        book.custom_doc_props.append(StringProperty(name="Remark", value=custom))
+    book.save(path)
+    return path
+
+
+def test_a_comment_on_a_name_is_of_its_column_alone(tmp_path: Path) -> None:
+    path = xlsx(tmp_path / "a.xlsx", {3: "Gain 10"})
+    assert '"Gain 10" in line 1 states a factor' in refusal(path)
+    is_press(read_lab_file(path, Reading(units={"force": "N"})))
+    path = xlsx(tmp_path / "b.xlsx", {4: "Gain 10"})
+    assert 'column "Cap (pF)"' in refusal(path)
+    assert 'column "Load (N)"' not in refusal(path)
+
+
+def test_all_comments_of_a_few_are_quoted(tmp_path: Path) -> None:
+    told = is_press(read_lab_file(xlsx(tmp_path / "a.xlsx", {1: "by hand", 3: "cell not connected"})))
+    assert '"by hand" on cell A1, "cell not connected" on cell C1' in told
+
+
+@pytest.mark.parametrize("custom", [False, True])
+def test_properties_of_a_workbook_act_if_they_speak_of_the_readings(tmp_path: Path, custom: bool) -> None:
+    def with_property(name: str, words: str) -> Path:
+        return xlsx(tmp_path / name, {}, description="" if custom else words, custom=words if custom else "")
+
+    path = with_property("a.xlsx", "force in mN, not N")
+    assert "mN" in refusal(path)
+    is_press(read_lab_file(path, Reading(units={"force": "N"})))
+    assert "cell not connected" in is_press(read_lab_file(with_property("b.xlsx", "cell not connected")))
+    assert "foam" not in is_press(read_lab_file(with_property("c.xlsx", "press of a foam, by the lab")))
