@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,8 @@ from calib.lab.instruments.text import LabText, OfColumn
 
 #: A column as it stands in a file, of any type.
 Values = npt.NDArray[Any]
-# Lines above a table that are looked at one by one; of more than these, those that may change readings.
-_MOST_LINES = 150
+# Lines above a table that are read as such; of more than these, those that may change readings, of so many that are looked at.
+_MOST_LINES, _LOOKED_AT = 100, 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +108,12 @@ def _lines_above(above: Sequence[Saying], columns: Sequence[ArrayColumn]) -> tup
     entries = list(dict.fromkeys(entries))
     more: list[tuple[str, Saying, int | None]] = []
     if len(entries) > _MOST_LINES:
-        kept = [entry for entry in entries if may_change_readings(entry[1])][:_MOST_LINES]
-        more, entries = [entry for entry in entries if entry not in kept], kept
+        kept = list(islice((entry for entry in entries[-_LOOKED_AT:] if may_change_readings(entry[1])), _MOST_LINES))
+        left_out = set(entries).difference(kept)
+        more, entries = [entry for entry in entries if entry in left_out], kept
     of_columns = tuple((line, index, said.line) for line, (_, said, index) in enumerate(entries, 1) if index is not None)
     shown = more[0][0].replace("\t", " ")[:60] if more else ""
-    left = [f'{len(more)} more properties, such as "{shown}", are not looked at'] if more else []
+    left = [f'{len(more)} more properties, such as "{shown}", are not read'] if more else []
     return [line for line, _, _ in entries], of_columns, left
 
 

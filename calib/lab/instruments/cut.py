@@ -84,7 +84,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if pairs is None and not text.typed:
         pairs = json_lines(text) or of_one_form(text, reading)
     if pairs is not None:
-        around = pairs.beside or tuple(_beside(pairs, ()))
+        around = pairs.beside or tuple(_beside(replace(pairs, names=(), columns=()), ()))
         stated = {q: (words_of, n) for n, line in around for q, (words_of, _) in stated_factors([line]).items()}
         assigned = _assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units)
         return replace(pairs, assigned=assigned, beside=around, declared_factors=stated)

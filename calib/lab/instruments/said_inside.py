@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from datetime import date
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -220,6 +221,7 @@ def of_column(said: Saying, names: Sequence[str]) -> int | None:
     return found[0] if len(found) == 1 else None
 
 
+@lru_cache(maxsize=4096)
 def may_change_readings(said: Saying) -> bool:
     """Whether a saying is more than a plain number, word or date: a factor, a unit, a state, or words in succession."""
     line = said.line

@@ -97,7 +97,8 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         raise InputError(Fault("the file begins like JSON and is no UTF-8", path, advice="Write it again as UTF-8")) from None
     where = Source(path, hashlib.sha256(data).hexdigest(), "JSON", "table", "")
     document = _document(path, text)
-    return tuple(_parts("", document, _Around(where, {}, (), _longest(document, 0)), 0))
+    parts = tuple(_parts("", document, _Around(where, {}, (), _longest(document, 0)), 0))
+    return parts or (Part("table", "document", None, "it holds no lists of readings"),)
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,8 @@ def _longest(value: Any, depth: int) -> int:
     if depth > _DEEPEST or not isinstance(value, (list, dict)):
         return 0
     inner = value.values() if isinstance(value, dict) else value[:_LOOKED_AT]
-    own = len(value) if isinstance(value, list) or all(map(_ROW_NUMBER.fullmatch, value)) else 0
+    of_words = isinstance(value, list) and all(isinstance(one, str) for one in inner)
+    own = len(value) if not of_words and (isinstance(value, list) or all(map(_ROW_NUMBER.fullmatch, value))) else 0
     return max(own, max((_longest(one, depth + 1) for one in inner if isinstance(one, (list, dict))), default=0))
 
 
