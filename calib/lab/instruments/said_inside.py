@@ -182,13 +182,21 @@ def unit_in(members: Mapping[str, Any]) -> tuple[str, tuple[str, ...], dict[str,
 
 
 def units_in(blocks: Mapping[str, Any]) -> dict[str, str]:
-    """The units of columns by their names, as blocks state them, also within others: `"units": {"F": "N"}`."""
+    """The units of columns by their names, as blocks state them, also within others.
+
+    >>> units_in({"units": {"F": "N"}, "columns": [{"name": "t", "unit": "s"}], "x": {"unit": "mm", "sensor": "no 3"}})
+    {'F': 'N', 't': 's', 'x': 'mm'}
+    """
     found: dict[str, str] = {}
     for key, value in blocks.items():
         if is_unit_key(key) and isinstance(value, Mapping):
             found = {**found, **{name: unit for name, unit in value.items() if isinstance(unit, str)}}
         elif isinstance(value, Mapping):
-            found = {**units_in(value), **found}
+            own = {key: unit} if (unit := unit_in(value)[0]) else {}
+            found = {**units_in(value), **own, **found}
+        elif isinstance(value, list):
+            named = (name_in(one) for one in value if isinstance(one, Mapping))
+            found = {**{name: unit for name, rest in named if name and (unit := unit_in(rest)[0])}, **found}
     return found
 
 

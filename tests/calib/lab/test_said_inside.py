@@ -411,6 +411,18 @@ def test_units_of_columns_are_taken_from_a_block_at_any_depth(tmp_path: Path, wr
     is_press(read_lab_file(write(tmp_path / f"a{ending}", {"units": {"t": "s", "x": "mm", "F": "N"}}, columns)))
 
 
+def test_columns_may_be_described_in_blocks_beside_them(tmp_path: Path) -> None:
+    quantities = ("time", "displacement", "force")
+    blocks = [{"name": NAMES[q], "unit": UNITS[q], "sensor": f"no {k}"} for k, q in enumerate(quantities)]
+    rows = [list(row) for row in zip(*(PRESS[q].tolist() for q in quantities), strict=True)]
+    lists = {NAMES[q]: PRESS[q].tolist() for q in quantities}
+    by_name = {block["name"]: {"unit": block["unit"], "sensor": block["sensor"]} for block in blocks}
+    for document in ({"columns": blocks, "data": rows}, {"columns": by_name, "data": lists}, {"head": blocks, **lists}):
+        assert "sensor no 2" in is_press(read_lab_file(_written(tmp_path / "a.json", document)))
+    gain = [*blocks[:2], {**blocks[2], "gain": 10}]
+    assert "states a factor of 10" in refusal(_written(tmp_path / "b.json", {"columns": gain, "data": rows}))
+
+
 def test_a_list_of_factors_beside_rows_is_a_row_of_them(tmp_path: Path) -> None:
     rows = [list(row.values()) for row in _rows(WHOLE)]
     for key, own in (("factors", [1, 1, 10]), ("scale", [1, 1, 0.1])):

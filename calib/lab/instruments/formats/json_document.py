@@ -261,7 +261,7 @@ class _Named:
 
 
 def _named_rows(value: Mapping[str, Any], around: _Around) -> _Named | None:
-    """The columns of rows that stand beside the one list of as many words; None where there are none."""
+    """The columns of rows that stand beside the one list of as many words, or of as many named blocks; None without one."""
     rows = {k: v for k, v in value.items() if isinstance(v, list) and len(v) > 1 and all(isinstance(row, list) for row in v)}
     if len(rows) != 1:
         return None
@@ -270,12 +270,18 @@ def _named_rows(value: Mapping[str, Any], around: _Around) -> _Named | None:
     fitting = {k: names for k, names in words.items() if len(names) == len(own_rows[0])}
     of_units = {k: v for k, v in fitting.items() if is_unit_key(k)}
     names = {k: v for k, v in fitting.items() if k not in of_units}
+    blocks = {
+        k: v for k, v in value.items() if k != key and isinstance(v, list) and len(v) == len(own_rows[0]) and k not in words
+    }
+    described = {k: [name_in(one)[0] if isinstance(one, dict) else "" for one in v] for k, v in blocks.items()}
+    names = names or {k: v for k, v in described.items() if all(v)}
     if len(names) != 1:
         return None
     ((name_key, called),) = names.items()
     own = dict(zip(called, next(iter(of_units.values())), strict=True)) if of_units else {}
     columns = _of_rows(own_rows, called, {**around.units, **own})
-    return None if columns is None else _Named(columns, (key, name_key, *of_units))
+    used = (key, *of_units, *(() if name_key in described else (name_key,)))  # blocks say more than names
+    return None if columns is None else _Named(columns, used)
 
 
 def _of_row_numbers(value: Mapping[str, Any]) -> dict[str, list[Any]] | None:
