@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.brackets import words_in
-from calib.lab.instruments.circuit import circuit_beside_unit, names_parallel, said_circuit
+from calib.lab.instruments.circuit import OF_METER, circuit_beside_unit, names_parallel, said_circuit
 from calib.lab.instruments.clock import read_clock
 from calib.lab.instruments.clock_cells import is_reading
 from calib.lab.instruments.clock_words import in_figures
@@ -338,7 +338,7 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     headings = dict(sheet.headings)
     notes: list[str] = []
     faults: list[Fault] = []
-    above = said_circuit(sheet.prelude)
+    above = said_circuit(sheet.prelude_of(OF_METER))
     for index, heading in sheet.headings.items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
             continue

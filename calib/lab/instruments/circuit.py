@@ -62,6 +62,8 @@ def said_circuit(lines: Sequence[str]) -> Circuit | None:
     return found[0] if len(words) == 1 else Circuit("both", "; ".join(c.shown for c in found[:2]), found[0].line)
 
 
+#: The columns of a meter of capacitance.
+OF_METER = ("capacitance", "capacitance_series", "dissipation", "quality", "frequency", "status")
 # A meter that shows how far a reading is from a reference, not the reading.
 _DEVIATION = re.compile(
     r"(?<!standard )(?<!std )(?<!std\. )\b(?:deviation|dev|delta|abweichung\w*|écart|ecart|desviaci[oó]n|scostamento)\b"
@@ -80,7 +82,7 @@ def shows_deviations(sheet: Sheet, index: int) -> list[Fault]:
     sheet : the record.
     index : the column of the capacitance.
     """
-    for number, line in enumerate(sheet.prelude, 1):
+    for number, line in enumerate(sheet.prelude_of(OF_METER), 1):
         if _DEVIATION.search(line):
             message = (
                 f'column "{sheet.names[index]}" holds no capacitance but how far it is from a reference, as line {number} says '

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.brackets import no_record
-from calib.lab.instruments.circuit import said_circuit
+from calib.lab.instruments.circuit import OF_METER, said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.dressed import plain_names
@@ -84,7 +84,10 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if pairs is None and not text.typed:
         pairs = json_lines(text) or of_one_form(text, reading)
     if pairs is not None:
-        return replace(pairs, assigned=_assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units))
+        around = pairs.beside or tuple(_beside(replace(pairs, names=(), columns=()), ()))
+        stated = {q: (words_of, n) for n, line in around for q, (words_of, _) in stated_factors([line]).items()}
+        assigned = _assigned(reading, pairs.names, text, int(pairs.lines[0]), pairs.units)
+        return replace(pairs, assigned=assigned, beside=around, declared_factors=stated)
     found = find_header(text, reading)
     listed = listed_header(text)
     if listed is not None and (found is None or found[1] <= listed.above):
@@ -116,11 +119,15 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         plain,
         below.units_line,
         below.units,
-        {**_units_declared_below(text, header), **declared_units(text.lines[: header if listed is None else listed.first])},
+        {
+            **_units_declared_below(text, header),
+            **declared_units(_of_no_column(text, text.lines[: header if listed is None else listed.first])),
+        },
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
     sheet = replace(sheet, set_aside=raw_counts(sheet))
+    sheet = replace(sheet, declared_units={**sheet.declared_units, **_units_of_columns(sheet)})
     above = (*_rows_above(sheet, reading), *units_notes, *again_notes, *named_above)
     written = split_line(text.lines[header], delimiter)
     if listed is not None:
@@ -211,6 +218,24 @@ def _units_declared_below(text: LabText, header: int) -> Mapping[str, tuple[str,
     return {quantity: (unit, first + line) for quantity, (unit, line) in declared_units(last).items()}
 
 
+def _of_no_column(text: LabText, lines: Sequence[str]) -> tuple[str, ...]:
+    """Lines from the first on without those that are of one column alone, which are empty."""
+    owned = {line for line, _, _ in text.of_columns}
+    return tuple("" if number in owned else line for number, line in enumerate(lines, 1)) if owned else tuple(lines)
+
+
+def _units_of_columns(sheet: Sheet) -> Mapping[str, tuple[str, int]]:
+    """Units that lines declare which are of one column alone, where no other column is of its quantity."""
+    found: dict[str, tuple[str, int]] = {}
+    quantities = [IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings.values()]
+    for line, index, words_of in sheet.text.of_columns:
+        heading = sheet.headings.get(index)
+        quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else ""
+        own = declared_units([f"{quantity} {words_of}"]).get(quantity) if quantities.count(quantity) == 1 else None
+        found |= {quantity: (own[0], line)} if own is not None else {}
+    return found
+
+
 def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
     """The lines above a header by which columns are read -> a note on each: units, decimal mark, a meter's circuit."""
     quantities = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings.values()}
@@ -221,7 +246,7 @@ def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
     mark = next((i for i, line in enumerate(sheet.prelude, 1) if declared_decimal([line])), 0)
     if mark and not reading.decimal and sheet.declared_decimal:
         found.setdefault(mark, []).append(f'the decimal mark ("{sheet.declared_decimal}")')
-    circuit = said_circuit(sheet.prelude)
+    circuit = said_circuit(sheet.prelude_of(OF_METER))
     if circuit is not None and any(h.quantity == "capacitance" and i not in sheet.assigned for i, h in sheet.headings.items()):
         found.setdefault(circuit.line, []).append("how the meter takes the capacitance")
     return {line: f"line {line} says {', '.join(said)}" for line, said in sorted(found.items())}
@@ -231,8 +256,15 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
     """The factors that are stated above a header and below the last row."""
     first = max(header - _WORDS_BESIDE, 0)
     below = stated_factors(text.lines[last : last + _WORDS_BESIDE], last + 1)
-    on_cells = {q: (words, line) for line, _, own in text.comments for q, (words, _) in stated_factors([own]).items()}
-    return {**on_cells, **below, **stated_factors(text.lines[first:header], first + 1)}
+    of_cells = [(line, own, line == header + 1 and index >= 0) for line, index, own in text.comments]
+    of_columns = [(line, own, True) for line, _, own in text.of_columns]
+    named = {
+        q: (words, line)
+        for line, own, of_one in (*of_cells, *of_columns)
+        for q, (words, _) in stated_factors([own]).items()
+        if q or not of_one  # what is of one column is of the quantity that it names, if of another than its own
+    }
+    return {**named, **below, **stated_factors(_of_no_column(text, text.lines[:header])[first:], first + 1)}
 
 
 # A name with its unit in brackets.

@@ -23,6 +23,8 @@ MOST_CELLS = 12_000_000
 _MARKED = re.compile(r"[.,'’\s]")
 _OF_TEXT = ("'", "’")
 _UNSEEN = str.maketrans("", "", OF_NO_WIDTH)
+# Comments that are quoted, and of each so many characters.
+_MOST_COMMENTS, _QUOTED = 6, 80
 _DELIMITED = re.compile(r"[;,\t]|\s{2,}")
 
 
@@ -133,10 +135,10 @@ def with_comments(part: Part, comments: Iterable[tuple[Cell | None, str]]) -> Pa
     if part.text is None or not there:
         return part
     kept = tuple((cell[0], cell[1], words) if cell is not None else (0, -1, words) for cell, words in there)
-    cell, words = there[0]
-    where = f"on cell {address(cell)}" if cell is not None else "in a box"
-    more = f"{len(there)} comments, the first" if len(there) > 1 else "a comment"
-    note = f'{more} {where}, "{words[:60]}", is looked at for units and factors only'
+    shown = [f'"{words[:_QUOTED]}"{f" on cell {address(cell)}" if cell is not None else ""}' for cell, words in there]
+    more = f" and {len(shown) - _MOST_COMMENTS} more" if len(shown) > _MOST_COMMENTS else ""
+    what = "comments" if len(shown) > 1 else "a comment"
+    note = f"{what} beside the cells, looked at for units and factors only: {', '.join(shown[:_MOST_COMMENTS])}{more}"
     return replace(part, text=replace(part.text, comments=kept), notes=(*part.notes, note))
 
 

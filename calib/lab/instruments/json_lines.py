@@ -15,11 +15,11 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.lines import not_read
+from calib.lab.instruments.said_inside import is_unit_key, sayings
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.text import LabText
 
-#: What an object calls the unit of its value, and the value itself.
-UNIT = ("unit", "units", "einheit", "u")
+# What an object calls its value.
 _VALUE = re.compile(
     r"v|val|values?|readings?|data|measurements?|measured|state|wert|messwert|valeur|valor|valore", re.IGNORECASE
 )
@@ -82,9 +82,18 @@ def json_lines(text: LabText) -> Sheet | None:
         lines=np.array([*rows], dtype=np.int64),
     )
     others = [number - 1 for number, _ in written if number not in rows]
+    beside = tuple((i + 1, said.line) for i in others if (own := _loaded(text.lines[i])) for said in sayings(own))
     note = f"each line is an object of JSON, from line {min(rows)} on; the columns are its keys: {', '.join(names)}"
     why = "cut off" if cut_short and others == [written[-1][0] - 1] and written[-1][0] > last else "no object with a reading"
-    return replace(sheet, notes=(note,), unread=tuple(not_read(sheet, others, why)))
+    return replace(sheet, notes=(note,), unread=tuple(not_read(sheet, others, why)), beside=beside)
+
+
+def _loaded(line: str) -> Any:
+    """What a line of JSON holds, None if it is none."""
+    try:
+        return json.loads(line)
+    except (ValueError, RecursionError):
+        return None
 
 
 def flat_object(line: str) -> tuple[dict[str, Any], dict[str, str]] | None:
@@ -102,10 +111,7 @@ def flat_object(line: str) -> tuple[dict[str, Any], dict[str, str]] | None:
     >>> flat_object('{"t": 0.1, "force": {"value": 1.5, "unit": "N"}}')
     ({'t': 0.1, 'force': 1.5}, {'force': 'N'})
     """
-    try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        return None
+    value = _loaded(line)
     if not isinstance(value, dict) or not value:
         return None
     cells, units = flat(value)
@@ -130,7 +136,7 @@ def flat(value: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
             cells[key] = one
             continue
         inner, inner_units = flat(one)
-        said = [k for k, v in inner.items() if k.lower() in UNIT and isinstance(v, str)]
+        said = [k for k, v in inner.items() if is_unit_key(k) and isinstance(v, str)]
         others = [k for k in inner if k not in said]
         if len(said) == 1 and len(others) == 1:
             name = key if _VALUE.fullmatch(others[0]) else f"{key}.{others[0]}"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-#: A variable: an array, a text, a list of texts, a struct (dict), a list of structs, or `Unreadable`.
+#: A variable: an array, one that is `Described`, a text, a list of texts, a struct (dict), a list of structs, or `Unreadable`.
 Variable = Any
 
 # Depth of structs in each other, elements of a struct array, and bytes of an unpacked variable: no lab's file has more.
@@ -32,6 +32,14 @@ class Unreadable:
     """A variable that holds no columns, and why."""
 
     reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Described:
+    """Numbers with what the file says of them, as attributes of HDF5."""
+
+    values: np.ndarray[Any, np.dtype[Any]]
+    said: Mapping[str, Any]
 
 
 def variables(data: bytes) -> dict[str, Variable]:

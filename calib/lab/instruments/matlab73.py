@@ -8,7 +8,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from calib.lab.instruments.matlab import OBJECT, Unreadable, Variable, words
+from calib.lab.instruments.matlab import OBJECT, Described, Unreadable, Variable, words
+from calib.lab.instruments.said_inside import is_technical
 
 # Numbers of a variable beyond which no lab's record goes, depth of structs in each other, and elements of a struct array.
 _MOST_NUMBERS, _DEEPEST, _MOST_ELEMENTS = 20_000_000, 6, 200
@@ -18,7 +19,7 @@ _NUMERIC = ("double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for b
 def variables_of_hdf5(data: bytes) -> dict[str, Variable]:
     """Read all variables; what is no column says why."""
     with h5py.File(io.BytesIO(data), "r") as file:
-        return _members(file, file, 0)
+        return {**_attributes(file), **_members(file, file, 0)}
 
 
 def _members(group: h5py.Group, file: h5py.File, depth: int) -> dict[str, Variable]:
@@ -44,7 +45,7 @@ def _from_hdf5(item: Any, file: h5py.File, depth: int) -> Variable:
         return Unreadable("it is a sparse matrix")
     if isinstance(item, h5py.Group):
         members = _members(item, file, depth + 1)
-        return _elements(item, file, depth) or members
+        return _elements(item, file, depth) or {**_attributes(item), **members}
     if not isinstance(item, h5py.Dataset) or item.size is None or item.size > _MOST_NUMBERS:
         return Unreadable("it is of a kind or a size that is not read")
     if item.attrs.get("MATLAB_empty", 0):
@@ -60,7 +61,19 @@ def _from_hdf5(item: Any, file: h5py.File, depth: int) -> Variable:
             if values.ndim == 2 and 1 in values.shape
             else Unreadable("it is text")
         )
-    return values.T if kind else values  # MATLAB stores by columns
+    turned = values.T if kind else values  # MATLAB stores by columns
+    said = _attributes(item)
+    return Described(turned, said) if said and turned.size > 1 else turned
+
+
+def _attributes(item: h5py.Group | h5py.Dataset) -> dict[str, Any]:
+    """What attributes say that are none of MATLAB's or of HDF5's own: texts and single numbers."""
+    found: dict[str, Any] = {}
+    for name in item.attrs if len(item.attrs) > 1 or "MATLAB_class" not in item.attrs else ():
+        value = item.attrs[name] if not is_technical(name) else None
+        plain = value.item() if isinstance(value, np.generic | np.ndarray) and value.size == 1 else value
+        found |= {name: plain.decode("utf-8", "replace") if isinstance(plain, bytes) else plain} if plain is not None else {}
+    return {name: value for name, value in found.items() if isinstance(value, str | int | float | np.ndarray) and value != ""}
 
 
 def _elements(group: h5py.Group, file: h5py.File, depth: int) -> list[Variable]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.numbers import is_numeric, parse_number
@@ -23,9 +25,10 @@ _FACTOR = (
     r"nachylenie|斜率|傾き"
 )
 _OFFSET = r"(?:zero[ _-]?)?offsets?|intercepts?|achsenabschnitte?|versatz|décalages?|desfases?|偏移|オフセット|切片"
-_SAYS_FACTOR, _SAYS_OFFSET = (
-    re.compile(rf"(?<![^\W_])(?:{pattern})(?![^\W_])", re.IGNORECASE) for pattern in (_FACTOR, _OFFSET)
-)
+_SAYS = {
+    kind: re.compile(rf"(?<![^\W_])(?:{pattern})(?![^\W_])", re.IGNORECASE)
+    for kind, pattern in (("factor", _FACTOR), ("offset", _OFFSET))
+}
 # How far an instrument reaches is no factor, and words beside these may be of a table of their own.
 _NO_FACTOR = re.compile(r"range|bereich|vertical|horizontal|/ ?div|messung|correct|korrektur|limit|date|datum", re.IGNORECASE)
 _TIMES = re.compile(r"\s*(?:[x×*]\s?(?P<behind>\d+(?:[.,]\d+)?)|(?P<before>\d+(?:[.,]\d+)?)\s?[x×])\s*", re.IGNORECASE)
@@ -67,11 +70,12 @@ def with_scalings(sheet: Sheet, names_at: Sequence[int], start: int) -> Sheet:
             if stated and not beside and row is not None:
                 rows[row] = f"no reading: {next(iter(stated.values())).words} states factors or offsets of the columns"
 
-    above = range(max(first - _BESIDE, 0) + 1, first + 1)
+    owned = {line for line, _, _ in sheet.text.of_columns}
+    above = [number for number in range(max(first - _BESIDE, 0) + 1, first + 1) if number not in owned]
     take(above, until_a_row=False)
     take(range(below, min(below + _BESIDE, last + 1)), until_a_row=True)
     take(range(min(last + _BESIDE, len(lines)), max(last - _BESIDE, below - 1), -1), until_a_row=True)
-    for index, scaling in _of_channels(sheet, above):
+    for index, scaling in chain(_of_channels(sheet, above), _of_columns(sheet)):
         found.setdefault(index, []).append(scaling)
     return replace(
         sheet,
@@ -84,7 +88,9 @@ def _kind(cell: str) -> str:
     """What a label says that its numbers are, "factor" or "offset"; "" if neither."""
     if not cell or len(cell) > _LONGEST or any(map(str.isdigit, cell)) or OF_OTHERS.search(cell) or _NO_FACTOR.search(cell):
         return ""
-    return "factor" if _SAYS_FACTOR.search(cell) else "offset" if _SAYS_OFFSET.search(cell) else ""
+    # Of both the last is what it says: "scaling offset".
+    last = {kind: max((m.end() for m in pattern.finditer(cell)), default=-1) for kind, pattern in _SAYS.items()}
+    return max(last, key=last.__getitem__) if max(last.values()) >= 0 else ""
 
 
 def _of_row(sheet: Sheet, number: int, *, alone: bool) -> Iterator[tuple[int, Scaling]]:
@@ -180,6 +186,24 @@ def _of_channels(sheet: Sheet, above: Sequence[int]) -> Iterator[tuple[int, Scal
         for index in _columns_of(sheet, [c for i, c in enumerate(cells) if i not in columns]) if numbers else ():
             for i, value in numbers.items():
                 yield index, Scaling(number, f'"{columns[i][1]}"', columns[i][0], value)
+
+
+def _of_columns(sheet: Sheet) -> Iterator[tuple[int, Scaling]]:
+    """What is said of one column alone: a number behind the word of a factor or an offset, or words that state a factor."""
+    on_names = (comment for comment in sheet.text.comments if comment[0] == sheet.header_line and comment[1] >= 0)
+    for number, index, line in (*sheet.text.of_columns, *on_names):
+        what, _, cell = line.rpartition("\t")
+        kind, value = _kind(what), _number(cell)
+        if kind and value is not None:
+            yield index, Scaling(number, f'"{what}" of "{sheet.names[index]}"', kind, value)
+        elif "" in stated_factors([line]) or (own := _quantity(sheet, index)) in stated_factors([f"{own} {line}"]):
+            yield index, Scaling(number, f'"{" ".join(line.split())[:_LONGEST]}"', "factor", math.nan)
+
+
+def _quantity(sheet: Sheet, index: int) -> str:
+    """What a column is of, "-" if it is not understood."""
+    heading = sheet.headings.get(index)
+    return IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else "-"
 
 
 def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,7 @@ from calib.lab.instruments.brackets import (
     without_brackets,
 )
 from calib.lab.instruments.by_function import by_function
+from calib.lab.instruments.contrary import names_quantity
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.meanings import PLAIN
@@ -46,7 +48,7 @@ class Scaling:
     ----------
     line, words : 1-based line, and the words beside the number; the line itself where there are none.
     kind : "factor", "offset", or "" for a number without words, which may be a factor.
-    value : the number.
+    value : the number; nan where the words hold it.
     """
 
     line: int
@@ -57,7 +59,8 @@ class Scaling:
     @property
     def says(self) -> str:
         """What it does, in words."""
-        return {"factor": "states a factor", "offset": "states an offset"}.get(self.kind, "may state a factor")
+        what = {"factor": "states a factor", "offset": "states an offset"}.get(self.kind, "may state a factor")
+        return f"{self.words} in line {self.line} {what}" + ("" if math.isnan(self.value) else f" of {self.value:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +113,12 @@ class Sheet:
         """The lines above the names, or the first row where no line holds names."""
         return self.text.lines[: max((self.named_at or 0) - 1, 0)]
 
+    def prelude_of(self, quantities: Sequence[str]) -> tuple[str, ...]:
+        """The lines above the names without those that are of columns of other quantities alone, which are empty."""
+        of = {line: self.headings.get(index) for line, index, _ in self.text.of_columns}
+        others = {line for line, heading in of.items() if heading is None or heading.quantity not in quantities}
+        return tuple("" if number in others else line for number, line in enumerate(self.prelude, 1))
+
     @property
     def named_at(self) -> int | None:
         """The 1-based line of the names; of the first row where no line holds them, None where there is none yet."""
@@ -149,8 +158,17 @@ class Sheet:
 
     @property
     def lines_around(self) -> dict[int, str]:
-        """What stands above, below and among the rows and in remarks: 1-based line -> text."""
-        return dict(enumerate(self.prelude, 1)) | dict(self.beside)
+        """What stands above, below and among the rows and in remarks: 1-based line -> text.
+
+        Behind one that is of a column alone, and does not say of which quantity, stands this in brackets.
+        """
+        around = dict(enumerate(self.prelude, 1)) | dict(self.beside)
+        for line, index, _ in self.text.of_columns:
+            heading = self.headings.get(index)
+            quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else ""
+            if quantity and line in around and not names_quantity(around[line], quantity):
+                around[line] += f" ({quantity})"
+        return around
 
     def unit_written(self, column: int) -> str:
         """The last unit in the name of a column or below it, "" if there is none."""

@@ -34,7 +34,7 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
         are days of a spreadsheet.
     """
     first = sheet.text.lines[int(sheet.lines[0]) - 1] if len(sheet.lines) else ""
-    above = [line for line in sheet.prelude[-200:] if not _OTHER_DATE.search(line)]
+    above = [line for line in sheet.prelude_of(())[-200:] if not _OTHER_DATE.search(line)]
     for line in (first, *sorted(above, key=lambda line: not _BEGAN.search(line))):
         match = _DATE.search(line)
         found = _date(match) if match else None

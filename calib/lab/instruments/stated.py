@@ -27,6 +27,8 @@ _FACTOR = re.compile(
     rf"(?P<number>{_NUMBER})\s*(?P<tail>[^\s,;\t]*)[\s,;\t\"')\]]*",
     re.IGNORECASE,
 )
+# "Amplifier offset 0.5": the number is of what stands behind the word of a factor.
+_OF_OFFSETS = re.compile(r"offset|intercept|versatz|décalage|desfase", re.IGNORECASE)
 _TIMES = re.compile(
     rf"(?P<before>[^\d]*?)[\s:=,;\t([]*(?:[x×*]\s?(?P<number>{_NUMBER})|(?P<first>10+)\s?[x×])[)\]\s,;\t\"]*", re.I
 )
@@ -366,6 +368,8 @@ def _factors_of(line: str) -> tuple[str, ...]:
         factor = tail in ("", "x", "×", "db", "times", "fold", "fach", "mal")
         if word in ("range", "bereich") and not match["times"] and tail not in ("x", "×"):
             factor = False
+        if _OF_OFFSETS.search(match["between"]):
+            return ()
         if not factor or _is_one(match["number"]) or OF_OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
             return ()
         return (next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), ""),)
@@ -414,7 +418,8 @@ def _is_no_unit(tail: str) -> bool:
 
 
 def _is_one(number: str) -> bool:
-    return re.fullmatch(r"1(?:[.,]0*)?|10\^[+-]?0", number) is not None
+    """Whether a number changes nothing: a factor of 1, or of 0, which is none, or no decibel."""
+    return re.fullmatch(r"[01](?:[.,]0*)?|10\^[+-]?0", number) is not None
 
 
 def quantity_of(text: str) -> str | None:

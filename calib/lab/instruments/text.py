@@ -163,6 +163,8 @@ _NAMED_ELSEWHERE = (
 )
 # Lines at the beginning in which a header and its first rows stand.
 _OF_HEADER = 60
+#: What a line above a table says of one column alone: its 1-based number, the column from 0, and the words without its name.
+OfColumn = tuple[int, int, str]
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -184,6 +186,7 @@ class LabText:
     units_line : 1-based line of which the format states that units stand there, known ones or not; 0 if it states none.
     notes : in what it was not written as a table is.
     comments : what is written on cells and beside them, by 1-based line and column from 0, -1 where it stands at none.
+    of_columns : what the format says of one column alone, in lines above its table.
     """
 
     path: Path
@@ -196,6 +199,7 @@ class LabText:
     units_line: int = 0
     notes: tuple[str, ...] = ()
     comments: tuple[tuple[int, int, str], ...] = ()
+    of_columns: tuple[OfColumn, ...] = ()
 
 
 def require_readable(path: Path) -> None:

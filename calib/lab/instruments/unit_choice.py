@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.contrary import unit_against
+from calib.lab.instruments.contrary import names_quantity, unit_against
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric, parse_number
@@ -86,15 +86,15 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
     if factor is not None and not after_raw_counts(sheet, index, heading):
-        line = factor[1]
+        words, line = " ".join(factor[0].split()), factor[1]
         return fault(
-            f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
+            f'"{words}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
             f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
         )
     scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (0 if s.kind == "offset" else 1)]
     if scaled:
         line = scaled[0].line
-        stated = " and ".join(f"{s.words} in line {s.line} {s.says} of {s.value:g}" for s in scaled)
+        stated = " and ".join(s.says for s in scaled)
         way = "Say the unit with the factor that makes it right, or the unit alone"
         if any(s.kind == "offset" for s in scaled):
             way = "Write the readings as they have to be, and empty the number, or say the unit alone"
@@ -141,8 +141,9 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f"Correct one of the two, or say: {listed}",
         )
     if len(set(factors)) > 1:
+        shown_line = " ".join(sheet.text.lines[declared_line - 1].split())[:60]
         return fault(
-            f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
+            f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line} ("{shown_line}")',
             f"Correct one of the two, or say which is right: {listed}",
         )
     contrary = words_against(sheet, index, quantity, factors[0])
@@ -179,7 +180,7 @@ def words_against(sheet: Sheet, index: int, quantity: str, factor: float) -> tup
     sheet : the record.
     index, quantity, factor : which of its columns, what is read from it, and by which factor it becomes SI.
     """
-    against = _against(sheet, quantity, factor)
+    against = _against(sheet, index, quantity, factor)
     return next((found for found in against if not _is_of_results(sheet, found[1], index, quantity, factor)), None)
 
 
@@ -191,14 +192,23 @@ def results_in_own_units(sheet: Sheet, index: int, quantity: str, factor: float)
     sheet : the record.
     index, quantity, factor : which of its columns, what is read from it, and by which factor it becomes SI.
     """
-    against = _against(sheet, quantity, factor)
+    against = _against(sheet, index, quantity, factor)
     found = next((f for f in against if _is_of_results(sheet, f[1], index, quantity, factor)), None)
     return () if found is None else (f'"{found[0]}" in line {found[1]} are results, in units of their own ({found[2]})',)
 
 
-def _against(sheet: Sheet, quantity: str, factor: float) -> Iterator[tuple[str, int, str]]:
+def _against(sheet: Sheet, index: int, quantity: str, factor: float) -> Iterator[tuple[str, int, str]]:
+    own = {line: (words, column) for line, column, words in sheet.text.of_columns}
     for line, words in sheet.beside:
-        unit = unit_against(words, quantity, factor)
+        said, of = own.get(line, (words, -1))
+        is_its_own, heading = of == index, sheet.headings.get(of)
+        # What is said of a column needs no name of its quantity; of another one it must have it.
+        alike = heading is not None and IN_PLACE_OF.get(heading.quantity, heading.quantity) == IN_PLACE_OF.get(
+            quantity, quantity
+        )
+        if line in own and not is_its_own and (alike or not names_quantity(said, quantity)):
+            continue
+        unit = unit_against(f"{quantity} {said}" if is_its_own else said, quantity, factor)
         if unit:
             yield " ".join(words.split()).strip(" ,;")[:80], line, unit
 

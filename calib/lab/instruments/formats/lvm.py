@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from itertools import pairwise
@@ -12,11 +12,40 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.part import Format, Part
-from calib.lab.instruments.text import LabText, read_lab_text
+from calib.lab.instruments.text import LabText, OfColumn, read_lab_text
 
 _FIRST = "LabVIEW Measurement"
 _END = "***End_of_Header***"
 _SPECIAL = ("***Start_Special***", "***End_Special***")
+# Lines of a file's header, and of a segment's, that are the format's own.
+_OF_FILES = (
+    "writer_version",
+    "reader_version",
+    "separator",
+    "decimal_separator",
+    "multi_headings",
+    "x_columns",
+    "time_pref",
+    "date",
+    "time",
+)
+_OF_SEGMENTS = (
+    "channels",
+    "samples",
+    "date",
+    "time",
+    "y_unit_label",
+    "y_dimension",
+    "x_unit_label",
+    "x_dimension",
+    "x0",
+    "delta_x",
+    "test_number",
+    "test_numbers",
+    "test_series",
+)
+# What a line of a segment's header begins with: among rows, and where none are expected.
+_TAG, _ANY_TAG = re.compile(r"[^\W\d]\w*"), re.compile(r"[^\W\d][\w .-]*")
 # Absolute times are seconds since this.
 _EPOCH = datetime(1904, 1, 1)
 
@@ -30,7 +59,8 @@ def recognise(head: bytes, _: Path) -> bool:
 class _File:
     """What the header of a file says: separator, decimal mark, how many columns of x there are, and whether x is absolute.
 
-    `stated` is whether it says the decimal mark, which it does since version 2; the rows show it else.
+    `stated` is whether it says the decimal mark, which it does since version 2; the rows show it else. `remarks` are
+    the indices of its other lines, which somebody filled in.
     """
 
     separator: str
@@ -38,21 +68,29 @@ class _File:
     stated: bool
     x_columns: str
     absolute: bool
+    remarks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class _Segment:
-    """One segment: its tags with a value per channel, the index of the line with its names, these, and those of its rows."""
+    """One segment: its tags with a value per channel, the index of the line with its names, these, and those of its rows.
+
+    `others` are the lines of its header that are none of the format's own, by index.
+    """
 
     tags: Mapping[str, Sequence[str]]
     line: int
     names: Sequence[str]
     rows: Sequence[int]
+    others: Mapping[int, Sequence[str]]
 
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """A column of x and channels that share it: names, units, cells by index of the line, and how many samples are said."""
+    """A column of x and channels that share it: names, units, cells by index of the line, and how many samples are said.
+
+    `remarks` are the other lines of the segment's header, and `said` what they say of one channel: line, column and words.
+    """
 
     name: str
     names: Sequence[str]
@@ -62,6 +100,8 @@ class _Table:
     begun: datetime | None
     notes: tuple[str, ...] = ()
     samples: int = 0
+    remarks: tuple[int, ...] = ()
+    said: tuple[OfColumn, ...] = ()
 
 
 def take_apart(path: Path) -> tuple[Part, ...]:
@@ -87,12 +127,15 @@ def take_apart(path: Path) -> tuple[Part, ...]:
 def _header(text: LabText) -> tuple[_File, int]:
     """What the header of the file says, and the index of the line below it."""
     tags: dict[str, str] = {}
+    remarks: list[int] = []
     for index, line in enumerate(text.lines[1:200], 1):
         if line.strip().strip(",;") == _END:
-            return _said(text, tags, index), index + 1
+            return replace(_said(text, tags, index), remarks=tuple(remarks)), index + 1
         match = re.match(r"(\w+)[\t,](.*)", line)
         if match:
             tags[match[1].lower()] = match[2].strip()
+        if (match is None or match[1].lower() not in _OF_FILES) and line.strip(" \t,;"):
+            remarks.append(index)
     raise _fault(text, f"the header has no line {_END}", 0)
 
 
@@ -113,6 +156,7 @@ def _said(text: LabText, tags: Mapping[str, str], line: int) -> _File:
 def _segments(text: LabText, file: _File, start: int) -> list[_Segment]:
     segments: list[_Segment] = []
     tags: dict[str, Sequence[str]] = {}
+    others: dict[int, Sequence[str]] = {}
     rows: list[int] = []
     special = False
     inside = False  # the rows of a segment
@@ -126,11 +170,13 @@ def _segments(text: LabText, file: _File, start: int) -> list[_Segment]:
             continue
         if cells[0] == "X_Value":
             rows = []
-            segments.append(_Segment(tags, index, cells, rows))
-            tags, inside = {}, True
-        elif re.fullmatch(r"[A-Za-z_]\w*", cells[0]) and cells[0].lower() not in ("nan", "inf"):
+            segments.append(_Segment(tags, index, cells, rows, others))
+            tags, others, inside = {}, {}, True
+        elif (_TAG if inside else _ANY_TAG).fullmatch(cells[0]) and cells[0].lower() not in ("nan", "inf"):
             inside = False
             tags[cells[0].lower()] = cells[1:]
+            if cells[0].lower() not in _OF_SEGMENTS and any(cells[1:]):
+                others[index] = cells
         elif cells[0] == _END:
             inside = False
         elif inside:
@@ -188,6 +234,8 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
                 group.begun,
                 tuple(notes),
                 max(int(said) if (said := _said_of(segment, "samples", strides, k) or "").isdecimal() else 0 for k in nth),
+                tuple(segment.others),
+                tuple(_said_of_channels(segment, strides, nth)),
             )
         )
     return tables
@@ -213,6 +261,16 @@ def _said_of(segment: _Segment, tag: str, strides: Sequence[int], channel: int) 
     values = segment.tags.get(tag, ())
     said = {values[n * channel] if n * channel < len(values) else "" for n in strides}
     return said.pop() if len(said) == 1 else None if any(values) else ""
+
+
+def _said_of_channels(segment: _Segment, strides: Sequence[int], channels: Sequence[int]) -> Iterator[OfColumn]:
+    """What the other lines of a segment's header say of its channels, where they have a value for several of them."""
+    for index, (tag, *values) in segment.others.items():
+        if any(values[1:]) and len(strides) == 1:  # one in the first place may be of them all
+            for column, channel in enumerate(channels, 1):
+                value = values[strides[0] * channel] if strides[0] * channel < len(values) else ""
+                if value:
+                    yield index + 1, column, f"{tag.replace('_', ' ')}\t{value}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,6 +393,8 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
     if not table.rows:
         return Part("segment", table.name, None, "it has no rows")
     notes = list(table.notes)
+    special = [i + 1 for i, line in enumerate(text.lines[: table.line]) if line.startswith(_SPECIAL[0])]
+    notes += [f"{len(special)} special block(s) of a program are passed by, the first in line {special[0]}"] if special else []
     lines = ["" for _ in text.lines]
     begun = table.begun
     rows = dict(table.rows)
@@ -347,6 +407,8 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
                 if x is not None:
                     rows[i] = [repr(round(x - first, 6)).replace(".", file.decimal), *rows[i][1:]]
             notes.append(f"time is absolute, counted from {begun} UTC on")
+    for i in (*file.remarks, *table.remarks):
+        lines[i] = "\t".join(cell.strip() for cell in text.lines[i].split(file.separator)).replace('"', "'").rstrip()
     said_in = next((i for i in range(table.line, 0, -1) if text.lines[i].lower().startswith("samples")), 0)
     if said_in and table.samples > len(rows):
         lines[said_in] = f"Samples\t{table.samples}"
@@ -358,7 +420,7 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
         lines[i] = "\t".join(map(_quoted, row))
     ended = text.ended or max(rows) < len(text.lines) - 1
     decimal = file.decimal if file.stated else ""
-    own = replace(text, lines=tuple(lines), ended=ended, decimal=decimal, units_line=table.line + 1)
+    own = replace(text, lines=tuple(lines), ended=ended, decimal=decimal, units_line=table.line + 1, of_columns=table.said)
     return Part("segment", table.name, own, notes=tuple(notes))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from calib.lab.instruments.arrays import ArrayColumn, Source, array_part
-from calib.lab.instruments.matlab import Unreadable, Variable, variables
+from calib.lab.instruments.matlab import Described, Unreadable, Variable, variables
 from calib.lab.instruments.part import Format, Part, damaged
+from calib.lab.instruments.said_inside import Saying, is_few, name_in, sayings, unit_in, units_in, without_units
 from calib.lab.instruments.units import looks_like_unit
 
 # "MATLAB 5.0 MAT-file"; of version 7.3 a beta of MATLAB wrote "7.0".
@@ -21,12 +23,6 @@ _NAMED = re.compile(rb"MATLAB \d\.\d MAT-file")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # A matrix with at most so many rows, and more columns, holds its columns as rows.
 _FEW_ROWS = 20
-
-
-# What a struct calls the unit of its one column, force.data and force.unit, or those of all: data.units.force.
-_UNIT = ("unit", "units", "einheit")
-# What each struct of a list calls its name: channels(2).name.
-_NAME = ("name", "label", "title", "channel", "signal", "bezeichnung")
 
 
 def recognise(head: bytes, path: Path) -> bool:
@@ -62,7 +58,7 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         else:
             found = variables(data) if _NAMED.match(data) else _of_version_4(path)
         where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
-        return tuple(_parts("", found, where, 0, {}))
+        return tuple(_parts("", found, _Around(where, {}, (), _longest(found))))
 
 
 def _of_version_4(path: Path) -> dict[str, Variable]:
@@ -79,107 +75,143 @@ def _of_version_4(path: Path) -> dict[str, Variable]:
 # --- from variables to parts --------------------------------------------------------------------------------------------
 
 
-def _parts(
-    name: str, members: Mapping[str, Variable], where: Source, depth: int, above_units: Mapping[str, str]
-) -> Iterator[Part]:
+@dataclass(frozen=True)
+class _Around:
+    """What is known of a variable from around it: its file, units by name, what is said, and how long the longest column is."""
+
+    where: Source
+    units: Mapping[str, str]
+    above: tuple[Saying, ...]
+    longest: int
+
+    def named(self, name: str) -> Source:
+        return replace(self.where, name=name)
+
+
+def _longest(value: Variable) -> int:
+    """How many values the longest column or matrix holds."""
+    if isinstance(value, dict | list):
+        return max(map(_longest, value.values() if isinstance(value, dict) else value), default=0)
+    values = _values(value)
+    return max(values.shape, default=0) if values is not None and values.size > 1 else 0
+
+
+def _holds_readings(value: Variable, longest: int) -> bool:
+    """Whether a variable is a column or a matrix, or holds one; a few values beside long columns are a setting."""
+    if isinstance(value, dict | list):
+        return any(_holds_readings(one, longest) for one in (value.values() if isinstance(value, dict) else value))
+    values = _values(value)
+    return values is not None and values.size > 1 and (values.ndim > 2 or not is_few(max(values.shape), longest))
+
+
+def _values(value: Variable) -> npt.NDArray[Any] | None:
+    """The numbers of a variable, without what is said of them; None if it has none."""
+    own = value.values if isinstance(value, Described) else value
+    return own if isinstance(own, np.ndarray) and own.dtype.kind in "fiub" else None
+
+
+def _parts(name: str, members: Mapping[str, Variable], around: _Around) -> Iterator[Part]:
     """The parts of a struct, or of the file itself without a name; units are those of a struct beside, else of one above."""
-    units = {**above_units, **_units_of_members(members)}
     columns: dict[int, list[ArrayColumn]] = {}
     listed: dict[tuple[str, int], list[ArrayColumn]] = {}
     matrices: dict[str, npt.NDArray[Any]] = {}
-    lists: dict[str, list[str]] = {}
-    above: list[str] = []
+    inside = {key: value for key, value in members.items() if _holds_readings(value, around.longest)}
+    beside = {key: value for key, value in members.items() if key not in inside}
+    units = {**around.units, **units_in(beside)}
+    lists = {f"{name}.{k}" if name else k: v for k, v in beside.items() if isinstance(v, list) and _are_texts(v)}
+    naming = _names_for([v for value in inside.values() if (v := _values(value)) is not None], lists)
+    said = {k: v for k, v in beside.items() if (f"{name}.{k}" if name else k) not in naming}
+    names = {*inside, *(m for v in inside.values() if isinstance(v, dict) for m in v)}
+    above = (*around.above, *sayings(without_units(said, names)))
+    around = replace(around, units=units, above=above)
     for key, value in members.items():
         own = f"{name}.{key}" if name else key
-        if isinstance(value, dict) and (signal := _signal(key, value)) is not None:
+        values = _values(value)
+        if key not in inside:
+            yield from _unread(own, value, around)
+        elif isinstance(value, dict) and (signal := _signal(key, value, around.longest)) is not None:
             columns.setdefault(signal.values.size, []).append(signal)
-            above += _said_of(key, value)
         elif isinstance(value, dict):
-            yield from _parts(own, value, where, depth + 1, units)
-        elif isinstance(value, list) and isinstance(value[0], dict) and (channels := _channels(value)):
-            for channel, element in zip(channels, value, strict=True):
+            yield from _parts(own, value, around)
+        elif isinstance(value, list) and (channels := _channels(value, around.longest)):
+            for channel in channels:
                 listed.setdefault((own, channel.values.size), []).append(channel)
-                above += _said_of(channel.name, element)
-        elif isinstance(value, list) and isinstance(value[0], dict):
-            for k, element in enumerate(value, 1):
-                yield from _parts(f"{own}({k})", element, where, depth + 1, units)
-        elif isinstance(value, str):
-            above.append(f"{key}\t{' '.join(value.split())[:200]}".replace('"', "'"))
         elif isinstance(value, list):
-            lists[own] = value
-        elif isinstance(value, Unreadable):
-            yield _without(where, own, value.reason)
-        elif value.dtype.kind not in "fiub":
-            yield _without(
-                where, own, "its numbers are complex" if value.dtype.kind == "c" else "it is of a kind that is not read"
-            )
-        elif value.size <= 1:
-            yield _without(where, own, "it is a single number" if value.size else "it is empty")
-        elif value.size == max(value.shape):
-            columns.setdefault(value.size, []).append(ArrayColumn(key, units.get(key, ""), value.ravel()))
-        elif value.ndim == 2:
-            matrices[own] = value
-        else:
-            yield _without(where, own, f"it has {value.ndim} dimensions")
+            for k, element in enumerate(value, 1):
+                yield from _parts(f"{own}({k})", element, around)
+        elif values is not None and values.size == max(values.shape):
+            column = ArrayColumn(key, units.get(key, ""), values.ravel())
+            columns.setdefault(values.size, []).append(_described(column, value))
+        elif values is not None and values.ndim == 2:
+            matrices[own] = values
+        elif values is not None:
+            yield _without(around, own, f"it has {values.ndim} dimensions")
     for size, found in columns.items():
         title = name or "columns"
         own = title if len(columns) == 1 else f"{title}, {size} rows"
-        yield array_part(_named(where, own), found, above=above)
+        yield array_part(around.named(own), found, above=above)
     for (own, size), found in listed.items():
         title = own if sum(of == own for of, _ in listed) == 1 else f"{own}, {size} rows"
-        yield array_part(_named(where, title), found, above=above)
+        yield array_part(around.named(title), found, above=above)
     for own, matrix in matrices.items():
-        yield _matrix(_named(where, own), matrix, lists, above)
-    used = _names_for(matrices, lists)
-    for own in lists.keys() - used:
-        yield _without(where, own, "it is a list of words")
+        yield _matrix(around.named(own), matrix, lists, above)
 
 
-def _units_of_members(members: Mapping[str, Variable]) -> dict[str, str]:
-    """The units of columns that a struct among them names, under the names of these: data.units.force beside data.force."""
-    named = (value for key, value in members.items() if key.lower() in _UNIT and isinstance(value, dict))
-    return {name: unit for of in named for name, unit in of.items() if isinstance(unit, str)}
+def _unread(name: str, value: Variable, around: _Around) -> Iterator[Part]:
+    """What is neither a column nor told as words beside one, with the reason."""
+    if isinstance(value, Unreadable):
+        yield _without(around, name, value.reason)
+    elif isinstance(value, np.ndarray) and value.dtype.kind not in "fiub":
+        complex_ = value.dtype.kind == "c"
+        yield _without(around, name, "its numbers are complex" if complex_ else "it is of a kind that is not read")
+    elif isinstance(value, np.ndarray) and not value.size:
+        yield _without(around, name, "it is empty")
 
 
-def _signal(key: str, members: Mapping[str, Variable]) -> ArrayColumn | None:
-    """A struct of one column, its unit and words about it as that column under the name of the struct; None if it is none."""
-    units = [value for member, value in members.items() if member.lower() in _UNIT and isinstance(value, str)]
-    others = [value for value in members.values() if not isinstance(value, str)]
-    if len(units) != 1 or len(others) != 1 or not isinstance(others[0], np.ndarray):
+def _are_texts(value: Sequence[Variable]) -> bool:
+    return bool(value) and all(isinstance(one, str) for one in value)
+
+
+def _signal(key: str, members: Mapping[str, Variable], longest: int, *, with_unit: bool = True) -> ArrayColumn | None:
+    """A struct of one column, its unit and words, as that column under the name of the struct; None if it is another."""
+    inside = [member for member, value in members.items() if _holds_readings(value, longest)]
+    values = _values(members[inside[0]]) if len(inside) == 1 else None
+    unit, differing, rest = unit_in({m: v for m, v in members.items() if m not in inside})
+    if values is None or values.size != max(values.shape) or (with_unit and len(rest) == len(members) - 1):
         return None
-    values = others[0]
-    if values.dtype.kind not in "fiub" or values.size <= 1 or values.size != max(values.shape):
-        return None
-    return ArrayColumn(key, units[0], values.ravel())
+    column = ArrayColumn(key, unit, values.ravel(), tuple(sayings(rest)), differing)
+    return _described(column, members[inside[0]])
 
 
-def _said_of(key: str, members: Mapping[str, Variable]) -> list[str]:
-    """The words about a column that stand beside it, as lines."""
-    said = ((m, text) for m, text in members.items() if isinstance(text, str) and m.lower() not in (*_UNIT, *_NAME))
-    return [f"{key} {member}\t{' '.join(text.split())[:200]}".replace('"', "'") for member, text in said]
+def _described(column: ArrayColumn, value: Variable) -> ArrayColumn:
+    """A column with what its attributes say, if it has any: its unit, where it has none yet, and words."""
+    if not isinstance(value, Described):
+        return column
+    unit, differing, rest = unit_in({**({"unit": column.unit} if column.unit else {}), **value.said})
+    return replace(column, unit=unit, differing=column.differing or differing, said=(*column.said, *sayings(rest)))
 
 
-def _channels(elements: Sequence[Mapping[str, Variable]]) -> list[ArrayColumn]:
+def _channels(elements: Sequence[Variable], longest: int) -> list[ArrayColumn]:
     """The columns that a list of structs holds, one in each with its name, and its unit if it has one; [] if it is another."""
     found: list[ArrayColumn] = []
     for element in elements:
-        names = [value for member, value in element.items() if member.lower() in _NAME and isinstance(value, str)]
-        unit_there = any(member.lower() in _UNIT for member in element)
-        signal = _signal(names[0], element if unit_there else {**element, _UNIT[0]: ""}) if len(names) == 1 else None
-        found += [signal] if signal is not None and signal.name else []
+        name, rest = name_in(element) if isinstance(element, dict) else ("", {})
+        signal = _signal(name, rest, longest, with_unit=False) if name else None
+        found += [signal] if signal is not None else []
     alone = len({column.name for column in found}) == len(found) == len(elements)
     return found if alone else []
 
 
-def _names_for(matrices: Mapping[str, npt.NDArray[Any]], lists: Mapping[str, list[str]]) -> set[str]:
-    return {key for key, words in lists.items() if any(len(words) == _upright(matrix).shape[1] for matrix in matrices.values())}
+def _names_for(matrices: Sequence[npt.NDArray[Any]], lists: Mapping[str, list[str]]) -> set[str]:
+    wide = [_upright(matrix).shape[1] for matrix in matrices if matrix.ndim == 2 and matrix.size != max(matrix.shape)]
+    return {key for key, words in lists.items() if len(words) in wide}
 
 
 def _upright(matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return matrix.T if matrix.shape[0] <= _FEW_ROWS < matrix.shape[1] else matrix
 
 
-def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[str]], above: Sequence[str]) -> Part:
+def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[str]], above: Sequence[Saying]) -> Part:
     """A matrix as columns, named by the one cell array beside it that has as many words."""
     upright = _upright(matrix)
     notes = ["its rows are taken as columns"] if upright is not matrix else []
@@ -197,15 +229,11 @@ def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[st
         notes.append(f'the columns are named by "{key}"')
     said = unit if len(fitting) == 1 else [""] * len(names)
     columns = [ArrayColumn(own, said[k], upright[:, k]) for k, own in enumerate(names)]
-    return array_part(where, columns, above=above if len(fitting) == 1 else (), notes=notes, named=len(fitting) == 1)
+    return array_part(where, columns, above=above, notes=notes, named=len(fitting) == 1)
 
 
-def _named(where: Source, name: str) -> Source:
-    return Source(where.path, where.sha256, where.format, where.kind, name)
-
-
-def _without(where: Source, name: str, reason: str) -> Part:
-    return Part(where.kind, name, None, reason)
+def _without(around: _Around, name: str, reason: str) -> Part:
+    return Part(around.where.kind, name, None, reason)
 
 
 FORMAT = Format("MATLAB (.mat)", recognise, take_apart)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from calib.lab.instruments.arrays import ArrayColumn, Source, array_part, is_column
 from calib.lab.instruments.part import EXPORT_ALIKE, Format, Part, damaged, not_installed
+from calib.lab.instruments.said_inside import Saying, sayings, unit_in
 from calib.lab.instruments.vocabulary import understand
 
 if TYPE_CHECKING:
@@ -54,7 +55,9 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         sha256 = hashlib.sha256(data).hexdigest()
         file = TdmsFile.read(io.BytesIO(data))
         closed = not file.file_status.incomplete_final_segment
-        above = _properties(file.properties)
+        above = list(sayings(file.properties))
+        # A group without channels holds settings of the others.
+        above += [said for group in file.groups() if not group.channels() for said in sayings(group.properties, (group.name,))]
         parts: list[Part] = []
         for group in file.groups():
             source = Source(path, sha256, "tdms", "group", group.name)
@@ -62,11 +65,11 @@ def take_apart(path: Path) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def _parts(group: TdmsGroup, source: Source, above: Sequence[str], *, closed: bool) -> list[Part]:
+def _parts(group: TdmsGroup, source: Source, above: Sequence[Saying], *, closed: bool) -> list[Part]:
     channels = group.channels()
     if not channels:
         return [Part(source.kind, source.name, None, "it has no channels")]
-    headings = [(channel.name, understand(channel.name, _unit(channel))) for channel in channels]
+    headings = [(channel.name, understand(channel.name, unit_in(channel.properties)[0])) for channel in channels]
     own_time = [name for name, heading in headings if heading is not None and heading.quantity == "time"]
     tables: dict[_Base, list[TdmsChannel]] = {}
     for channel in channels:
@@ -82,16 +85,15 @@ def _parts(group: TdmsGroup, source: Source, above: Sequence[str], *, closed: bo
             parts += [Part("channel", f"{source.name}: {channel.name}", None, reason) for channel in members]
             continue
         said = [] if closed else ["the file was not closed: readings after its last whole row are missing"]
-        lines = [*above, *_properties(group.properties)]
+        lines = [*above, *sayings(group.properties)]
         columns = []
         for channel in members:
             values = channel[:]
             if len(values) == 0 or not is_column(values):
                 parts.append(Part("channel", f"{source.name}: {channel.name}", None, "it holds no column of numbers"))
                 continue
-            columns.append(ArrayColumn(channel.name, _unit(channel), values))
-            if _two_units(channel):
-                said.append(f'channel "{channel.name}" states two units, {" and ".join(_two_units(channel))}')
+            unit, differing, rest = unit_in(channel.properties)
+            columns.append(ArrayColumn(channel.name, unit, values, tuple(sayings(rest)), differing))
         if not columns:
             continue
         length = min(len(column.values) for column in columns)
@@ -114,41 +116,14 @@ def _wave(channel: TdmsChannel) -> _Wave | None:
     return channel.properties.get("wf_start_time"), float(channel.properties.get("wf_start_offset", 0.0)), float(step)
 
 
-def _time(channel: TdmsChannel, wave: _Wave, length: int) -> tuple[ArrayColumn, list[str], str]:
-    """The column of times of a waveform, the line that says when it began, and the note on both."""
+def _time(channel: TdmsChannel, wave: _Wave, length: int) -> tuple[ArrayColumn, list[Saying], str]:
+    """The column of times of a waveform, what says when it began, and the note on both."""
     begun, offset, step = wave
     name = str(channel.properties.get("wf_xname") or "Time")
     unit = str(channel.properties.get("wf_xunit_string") or ("s" if name == "Time" else ""))
-    lines = [] if begun is None else [f"wf_start_time\t{str(np.datetime64(begun, 'ms')).replace('T', ' ')} UTC"]
+    lines = [] if begun is None else [Saying(("wf_start_time",), f"{str(np.datetime64(begun, 'ms')).replace('T', ' ')} UTC")]
     note = f"time is made from the waveform: {step!r} {unit} from reading to reading, from {offset!r} {unit} on"
     return ArrayColumn(name, unit, offset + step * np.arange(length)), lines, note
-
-
-def _unit(channel: TdmsChannel) -> str:
-    """The unit of a channel, "" if it has none or two."""
-    stated = _stated(channel.properties)
-    return next(iter(stated)) if len(set(stated)) == 1 else ""
-
-
-def _two_units(channel: TdmsChannel) -> list[str]:
-    stated = list(dict.fromkeys(_stated(channel.properties)))
-    return stated if len(stated) > 1 else []
-
-
-def _stated(properties: Mapping[str, Any]) -> list[str]:
-    return [
-        str(properties[key]).strip() for key in ("unit_string", "NI_UnitDescription") if str(properties.get(key, "")).strip()
-    ]
-
-
-def _properties(properties: Mapping[str, Any]) -> list[str]:
-    """What is said of a file or group in words, a line each."""
-    lines = []
-    for key, value in properties.items():
-        text = " ".join(str(value).split())
-        if 0 < len(text) <= 200:
-            lines.append(f"{key}\t{text}".replace('"', "'"))
-    return lines
 
 
 FORMAT = Format("LabVIEW (.tdms)", recognise, take_apart)

@@ -15,7 +15,10 @@ from typing import TYPE_CHECKING
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.grid import SheetOf, Value, column_letters, part_of, with_comments
+from calib.lab.instruments.lines import DOUBT
 from calib.lab.instruments.part import Cell, Format, Part, damaged, not_installed
+from calib.lab.instruments.said_inside import sayings
+from calib.lab.instruments.stated import speaks_of_scale
 from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
 if TYPE_CHECKING:
@@ -62,10 +65,11 @@ def take_apart(path: Path) -> tuple[Part, ...]:
             written = load_workbook(io.BytesIO(data), data_only=False, read_only=True, keep_links=False)
             formulas = {sheet.title: _formulas(sheet) for sheet in written.worksheets if scans[sheet.title].formulas}
         parts = []
+        of_book = tuple(_of_book(data))
         for sheet in book.worksheets:
             where = SheetOf(path, sha256, "xlsx", sheet.title, sheet.sheet_state != "visible")
             part = _part(sheet, where, formulas.get(sheet.title, {}), scans[sheet.title].notes)
-            parts.append(with_comments(part, _comments(data, sheet._worksheet_path)))
+            parts.append(with_comments(part, (*_comments(data, sheet._worksheet_path), *of_book)))
         parts += [Part("sheet", sheet.title, None, "it is a chart") for sheet in book.chartsheets]
     return tuple(parts)
 
@@ -212,6 +216,28 @@ def _comments(data: bytes, sheet: str) -> Iterator[tuple[Cell | None, str]]:
             for found in (_BOX if kind[1] == b"drawing" else _COMMENT).finditer(archive.read(path)):
                 said = html.unescape(b" ".join(_WORDS.findall(found["inside"])).decode("utf-8", "replace"))
                 yield (_cell(found["ref"].decode()) if kind[1] != b"drawing" else None), " ".join(said.split())
+
+
+# Properties of a workbook that somebody filled in, and those that have a name of their own.
+_PROPERTIES = (
+    (
+        "docProps/core.xml",
+        re.compile(rb"<(?:\w+:)?(?P<name>title|subject|description|keywords|category)[^>]*>(?P<text>[^<]+)<"),
+    ),
+    ("docProps/custom.xml", re.compile(rb'<property [^>]*name="(?P<name>[^"]+)"[^>]*>\s*<vt:\w+>(?P<text>[^<]+)<')),
+)
+
+
+def _of_book(data: bytes) -> Iterator[tuple[None, str]]:
+    """The properties of a workbook that speak of its readings: of a factor, a unit, or a doubt."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        there = set(archive.namelist())
+        for path, pattern in _PROPERTIES:
+            for found in pattern.finditer(archive.read(path)) if path in there else ():
+                name, text = (html.unescape(found[k].decode("utf-8", "replace")) for k in ("name", "text"))
+                for said in sayings(text, (name,)):
+                    if DOUBT.search(said.words) or speaks_of_scale(said.line):
+                        yield None, said.line.replace("\t", ": ")
 
 
 def _cell(ref: str) -> Cell:
