@@ -11,7 +11,6 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
     LONGEST,
-    RATED,
     bends_itself,
     ends_without_unit,
     factor_in,
@@ -35,6 +34,7 @@ from calib.lab.instruments.brackets import (
 from calib.lab.instruments.factor_words import factor_before_symbol, factor_words, free_number
 from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
+from calib.lab.instruments.reach import RANGE, REACHES
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
@@ -67,7 +67,7 @@ _NAMES_OF_UNITS = ("millis", "micros")
 # How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
 _REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
 _CAPACITY = re.compile(
-    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{RATED}|range|messbereich)[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
+    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{REACHES})[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
     rf"(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
 # What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
@@ -127,10 +127,7 @@ _OF_EXPERIMENT = re.compile(
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
-_SETTING = re.compile(
-    r"(?:(?:meter|measurement|measuring|meas\.?|lcr|current|impedance|auto) )?(?:range|messbereich|bereich|gamme|calibre|"
-    r"rango|portata|zakres|量程|レンジ)"
-)
+_SETTING = re.compile(rf"(?:(?:meter|measurement|lcr|current|impedance|auto) )?(?:{RANGE})")
 # Units that are spelled out, which some write in the place of a name; "meter" is an instrument.
 _SPELLED_UNIT = re.compile(
     r"(?:milli|micro)?(?:seconds|secondes|sekunden|segundos|secondi)|minut(?:es|en|os)|[a-z]*newtons?|[a-z]+farads?|"

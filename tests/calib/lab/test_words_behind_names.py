@@ -1,0 +1,194 @@
+"""Words behind a name or its unit: how far an instrument reaches, which filter, since when, marks of footnotes, factors."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 60
+TIME = np.arange(N) * 0.1
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 36), np.linspace(1.0, 0.02, 24)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+ROWS = [f"{t:.2f};{d:.4f};{f:.4f}" for t, d, f in zip(TIME, DEPTH, FORCE, strict=True)]
+NAMES = ("Time (s)", "Displacement (mm)", "Force (N)")
+
+
+def _file(folder: Path, *names: str, above: str = "", units: str = "", below: str = "") -> Path:
+    path = folder / "lab.csv"
+    lines = [*([above] if above else []), ";".join(names), *([units] if units else []), *ROWS, *([below] if below else [])]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _read(folder: Path, force: str, reading: Reading | None = None, **more: str) -> LabTable:
+    return read_lab_file(_file(folder, *NAMES[:2], force, **more), reading or Reading())
+
+
+def _is_force(table: LabTable, factor: float = 1.0) -> None:
+    np.testing.assert_allclose(table.columns["force"], factor * FORCE, atol=1e-4 * factor)
+
+
+def _typed(error: InputError) -> Reading:
+    """What the first advice of a refusal says, typed as it stands."""
+    tables: dict[str, dict[str, str]] = {"columns": {}, "units": {}}
+    for option, said in zip(parts := shlex.split(error.faults[0].advice.replace(";", " ; ")), parts[1:], strict=False):
+        if option in ("--columns", "--units"):
+            quantity, _, value = said.partition("=")
+            tables[option[2:]].setdefault(quantity, value.rstrip(","))
+    return Reading(columns=tables["columns"], units={q: "N" if u == "..." else u for q, u in tables["units"].items()})
+
+
+# ------------------------------------------------------------------------------------------- how far an instrument reaches
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Bereich 20 N",
+        "Messbereich 20 N",
+        "gamme 20 N",
+        "plage 0-20 N",
+        "étendue de mesure 20 N",
+        "échelle 20 N",
+        "calibre 20 N",
+        "rango 20 N",
+        "alcance 20 N",
+        "escala 20 N",
+        "fondo scala 20 N",
+        "fondo de escala: 20 N",
+        "portata 20 N",
+        "campo di misura 20 N",
+        "bereik 20 N",
+        "zakres pomiarowy 20 N",
+        "mätområde 20 N",
+        "rozsah 20 N",
+        "量程20N",
+        "範囲 20 N",
+        "測定範囲 20 N",
+        "범위 20 N",
+        "диапазон 20 Н",
+        "max. 20 N",
+        "max 20 N",
+        "max. capacity 20 N",
+        "最大 20 N",
+        "20 N max.",
+        "20 N Bereich",
+        "range: ±20 N",
+        "bis 20 N",
+        "up to 20 N",
+    ],
+)
+@pytest.mark.parametrize(
+    "form", ["Force ({}) (N)", "Force (N) {}", "Force [N] ({})", "Force (N), {}", "Force {} (N)", "Force [N, {}]"]
+)
+def test_the_reach_of_a_cell_in_any_language_is_no_statistic_and_no_factor(tmp_path: Path, words: str, form: str) -> None:
+    _is_force(_read(tmp_path, form.format(words)))
+
+
+def test_the_reach_of_a_sensor_may_stand_beside_its_unit_in_a_row_of_units(tmp_path: Path) -> None:
+    for unit in ("N max. 20 N", "[N] Bereich 20 N", "(N) gamme 20 N"):
+        path = _file(tmp_path, "Time", "Displacement", "Force", units=f"s;mm;{unit}")
+        _is_force(read_lab_file(path))
+
+
+@pytest.mark.parametrize("words", ["max", "max 20", "max of 5", "peak 20 N", "range"])
+def test_a_maximum_of_readings_stays_a_statistic(tmp_path: Path, words: str) -> None:
+    for form in ("Force ({}) (N)", "Force (N) {}"):
+        with pytest.raises(InputError, match="is a statistic"):
+            _read(tmp_path, form.format(words))
+
+
+@pytest.mark.parametrize("words", ["échelle 20", "scale 20", "factor 20 N", "gain 20"])
+def test_a_scale_without_a_unit_stays_a_factor(tmp_path: Path, words: str) -> None:
+    with pytest.raises(InputError, match="the factor"):
+        _read(tmp_path, f"Force ({words}) (N)")
+
+
+# ------------------------------------------------------------------------------------------------------------------ filters
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Load (N) (median filter)",
+        "Force (N, median of 5)",
+        "Kraft (N), Median 3",
+        "Force (median of 5) (N)",
+        "Kraft [N] gleitender Median 5",
+        "Kraft [N], Medianfilter 5",
+        "Force median filtered (N)",
+        "Force (filtre médian) (N)",
+        "Force (N) moving average 5",
+        "Force (moving average 5) (N)",
+        "Force (N) rolling mean 10",
+        "Force (N), moyenne glissante 5",
+        "Fuerza (N) media móvil 5",
+        "Force (N) Savitzky-Golay",
+        "Load (N) drift corrected",
+        "Load (N) offset corrected",
+        "Load (N) baseline corrected",
+        "Load (N, smoothed)",
+        "Kraft [N] driftkorrigiert",
+        "Force (N) dérive corrigée",
+        "Force (N) lissée",
+    ],
+)
+def test_a_filtered_force_is_read_and_told(tmp_path: Path, name: str) -> None:
+    table = _read(tmp_path, name)
+    _is_force(table)
+    assert f'"{name}" was worked on after the measurement' in table.notes
+
+
+def test_a_filtered_force_gives_way_to_the_raw_one(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{row};{float(row.rsplit(';', 1)[1]) + 0.0005:.4f}" for row in ROWS]
+    path.write_text("\n".join([";".join([*NAMES, "Force (N), median of 5"]), *rows]) + "\n", encoding="utf-8")
+    _is_force(read_lab_file(path))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Force median (N)",
+        "Force (median) (N)",
+        "Force (N) median of 5 specimens",
+        "Force (N, max of 5)",
+        "Force (N) mean of 10 rows",
+    ],
+)
+def test_a_median_without_a_window_stays_a_statistic(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="is a statistic"):
+        _read(tmp_path, name)
+
+
+def test_a_drift_is_no_force(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="what is drift is no record"):
+        _read(tmp_path, "Load drift (N)")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Time (s) since start of hold",
+        "Time since start of hold (s)",
+        "Time (s), since contact",
+        "Time (s) after hold",
+        "Zeit [s] seit Beginn der Haltephase",
+        "Temps (s) depuis le début du maintien",
+        "Tiempo (s) desde el inicio",
+    ],
+)
+def test_a_time_since_anything_is_a_time(tmp_path: Path, name: str) -> None:
+    table = read_lab_file(_file(tmp_path, name, *NAMES[1:]))
+    np.testing.assert_allclose(table.columns["time"], TIME, atol=1e-9)
+    assert not any(name in note for note in table.notes)
+
+
+def test_a_time_since_the_last_reading_is_no_clock(tmp_path: Path) -> None:
+    assert "time" not in read_lab_file(_file(tmp_path, "Time (s) since last reading", *NAMES[1:])).columns
