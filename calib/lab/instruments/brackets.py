@@ -23,14 +23,24 @@ from calib.lab.instruments.lexicon import (
 )
 from calib.lab.instruments.meanings import meanings, plain_meanings
 from calib.lab.instruments.reach import RANGE, RATED, REACH_BEHIND, REACH_WITHIN, is_reach, without_tolerance
-from calib.lab.instruments.units import from_capitals, is_unit_of, looks_like_unit, mended
+from calib.lab.instruments.units import RECORDED, from_capitals, is_unit_of, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
-# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)"; of a symbol it may be a part: "C* (pF)".
-_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$|(?<=[^\W\d_]{3})[*†‡§]{1,3}(?=\s*[(\[]|$)")
+# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)", "Force (N) 1)", "Force¹ (N)", "Force (N*)"; of a
+# symbol it may be a part: "C* (pF)", and a power: "Force² (N)".
+_FOOTNOTE = re.compile(
+    r"(?<=[)\]])\s?(?:[*†‡§¶]{1,3}|[¹²³⁴-⁹])$|(?<=[^\W\d_]{3})(?:[*†‡§¶]{1,3}|¹)(?=\s*[(\[]|$)|"
+    r"(?<=[(\[\s][^\W\d_])[*†‡§¶¹](?=[)\]])|(?<=[(\[\s][^\W\d_]{2})[*†‡§¶¹](?=[)\]])|"
+    r"^(?P<unit>[^\s\d()\[\]*]{1,12})(?P<at>\s?[*†‡§¶]{1,3})$"
+)
+_MARKS = frozenset("*†‡§¶¹²³⁴⁵⁶⁷⁸⁹")
+# The same as a figure or a letter before a bracket that nothing opens.
+_FIGURE = re.compile(r"(?<=[^\W\d_)\]])\s?[1-9]\)(?=\s*[(\[]|$)|(?<=[)\]])\s?[1-9a-c]\)$|(?<=[^\W_])\s[1-9a-c]\)$")
+# A power of what stands before brackets, which is no number of a channel: "Force² (N)".
+_SQUARED = re.compile(r"(?<=[^\W\d_])[²³](?=\s*[(\[]|$)")
 # A remark behind the unit: "Force [N], tared".
 _REMARK_BEHIND = re.compile(r"(?P<before>[^,;]*[)\]])\s?[,;]\s*(?P<remark>[^\W\d_][^()\[\]{},;]*)")
 # The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
@@ -80,9 +90,7 @@ _PARTS_OF_UNIT = re.compile(
 )
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
-    r"\b(?:div(?:\.|ided)?(?:\sby)?|gain|mult(?:\.|iplied)?(?:\sby)?)(?![^\W\d_])[\s:=]*)\s*"
-    r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:[x×*·/÷:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
@@ -189,8 +197,11 @@ _CONDITION_WITHIN = re.compile(
     rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
     re.IGNORECASE,
 )
-# The same with its unit in brackets of its own: "Force (N) at 23 (°C)", "Cp (pF) at 1 (kHz)".
-_UNIT_APART = re.compile(rf"(?P<at>(?:{_AT})\s*{_NUMBER})\s?[(\[]\s?(?P<unit>[^()\[\]\s]{{1,8}})\s?[)\]]", re.IGNORECASE)
+# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
+_WORDS_BEHIND = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
+    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
+)
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
 # Minutes with seconds behind a comma, which is the decimal mark elsewhere: "(min,s)".
@@ -264,9 +275,11 @@ def tidy(cell: str) -> str:
     """
     if len(cell) > LONGEST:
         return cell
-    cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    cell = without_tolerance(usual_case(_FOOTNOTE.sub("", cell)))
-    cell = _UNIT_APART.sub(_with_its_unit, cell)
+    cell = mended(cell).strip()
+    cell = _SQUARED.sub(lambda m: f"^{unicodedata.normalize('NFKC', m[0])}", "".join(_around_footnote(cell)))
+    cell = unicodedata.normalize("NFKC", cell.replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = without_tolerance(usual_case(cell))
+    cell = _with_one_remark(cell)
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
     cell = _without_beginning(cell)
     of_tool = _OF_TOOL.fullmatch(cell)
@@ -317,6 +330,29 @@ def tidy(cell: str) -> str:
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
+def footnote_of(cell: str) -> str:
+    """The mark of a footnote that a header cell, or a cell of units, bears: "*", a figure or a letter; "" if it bears none.
+
+    >>> [footnote_of(cell) for cell in ("Force (N)*", "Force (N) 1)", "Force¹ (N)", "Force² (N)", "N 1)", "Force (N) (1)")]
+    ['*', '1', '1', '', '1', '']
+    """
+    if len(cell) > LONGEST:
+        return ""
+    cell = cell.strip()
+    before, behind = _around_footnote(cell)
+    return unicodedata.normalize("NFKC", cell[len(before) : len(cell) - len(behind)]).strip(" )")
+
+
+def _around_footnote(cell: str) -> tuple[str, str]:
+    """What stands before the mark of a footnote in a cell, and behind it; the whole and "" where it has none."""
+    form = _FIGURE if cell.count(")") > cell.count("(") else _FOOTNOTE
+    match = form.search(cell) if form is _FIGURE or not _MARKS.isdisjoint(cell) else None
+    if match is None:
+        return cell, ""
+    at = "at" if form is _FOOTNOTE and match["at"] else 0
+    return cell[: match.start(at)], cell[match.end(at) :]
+
+
 def _without_beginning(cell: str) -> str:
     """A name with a unit of time without the words behind it that say since when the time counts: "since start of hold"."""
     for form in (_SINCE_BEHIND, _SINCE_WITHIN) if _SINCE_WORD.search(cell) else ():
@@ -326,11 +362,14 @@ def _without_beginning(cell: str) -> str:
     return cell
 
 
-def _with_its_unit(match: re.Match[str]) -> str:
-    """A condition of the measurement with its unit behind its number; what is none as it stands."""
-    whole = f"{match['at']} {match['unit']}"
-    alone = re.sub(r"^[^\d+-]+", "", whole)
-    return whole if _CONDITION.fullmatch(whole) or _ALL_ONE.fullmatch(alone) else match[0]
+def _with_one_remark(cell: str) -> str:
+    """A name with its unit, and words that have a bracket of their own behind it as one remark; a second unit stays one."""
+    two = cell.endswith((")", "]")) and cell.count("(") + cell.count("[") > 1
+    match = _WORDS_BEHIND.fullmatch(cell) if two else None
+    of = [q for q in RECORDED if is_unit_of(match["unit"], q)] if match is not None else []
+    if match is None or not of or any(is_unit_of(match["inside"], q) for q in of) or is_factor(match["inside"]):
+        return cell
+    return f"{match['first']} [{match['words']} {match['inside']}]"
 
 
 def _plain_symbol(match: re.Match[str]) -> str:
@@ -513,7 +552,7 @@ def factor_in(text: str) -> str:
         text,
         re.IGNORECASE,
     )
-    return match[0] if match and match[0].lower() not in ("x1", "×1") else ""
+    return match[0] if match and match[0].lower() not in ("x1", "×1") else factor_words(text)
 
 
 def leading_factor(text: str) -> str:

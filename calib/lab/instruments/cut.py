@@ -15,6 +15,7 @@ from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.dressed import plain_names
+from calib.lab.instruments.footnotes import Footnote, footnotes
 from calib.lab.instruments.forms import of_one_form
 from calib.lab.instruments.header import (
     DELIMITERS,
@@ -153,12 +154,14 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if (torn := torn_decimals(whole) or torn_thousands(whole)) is not None:
         raise InputError(torn)
     whole = with_scalings(whole, names_at, below.start)
+    around = tuple(_beside(whole, names_at))
+    noted = footnotes(whole, around)
     return replace(
         whole,
         notes=(*above, *decided.values(), *whole.notes),
         unread=(*unread, *below.unread, *whole.unread),
-        declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
-        beside=tuple(_beside(whole, names_at)),
+        declared_factors={**_factors_beside(text, header, int(whole.lines[-1])), **_factors_noted(whole, noted)},
+        beside=(*around, *((f.line, f'{f.text} (on "{whole.names[i]}")') for i, f in noted.items() if f.line)),
     )
 
 
@@ -233,6 +236,17 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
     below = stated_factors(text.lines[last : last + _WORDS_BESIDE], last + 1)
     on_cells = {q: (words, line) for line, _, own in text.comments for q, (words, _) in stated_factors([own]).items()}
     return {**on_cells, **below, **stated_factors(text.lines[first:header], first + 1)}
+
+
+def _factors_noted(sheet: Sheet, noted: Mapping[int, Footnote]) -> Mapping[str, tuple[str, int]]:
+    """The factors that footnotes state of the readings of their columns."""
+    of = {i: IN_PLACE_OF.get(heading.quantity, heading.quantity) for i, heading in sheet.headings.items()}
+    told = {of[i]: f for i, f in noted.items() if i in of and f.line}
+    return {
+        quantity: (f.text[:60], f.line)
+        for quantity, f in told.items()
+        if any(stated_factors([words]) for words in (f.text, f"{quantity}: {f.text}", f"{quantity} {f.text}"))
+    }
 
 
 # A name with its unit in brackets.

@@ -14,6 +14,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric, parse_number
 from calib.lab.instruments.rivals import readings
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.stated import what_is_stated
 from calib.lab.instruments.units import (
     IN_PLACE_OF,
     as_force,
@@ -43,6 +44,23 @@ _SEEN = 50
 _TO_THE_MINUTE = re.compile(
     r"(?:\d{1,2}[-./]\d{1,2}[-./](?:\d{2}|\d{4})|\d{4}[-./]\d{1,2}[-./]\d{1,2})[ T]\d{1,2}:\d{2}(?:\s?[ap]m)?", re.IGNORECASE
 )
+
+
+# What a line states of readings -> what these may be, and how it is settled.
+_STATED = {
+    "a factor": (
+        "may have been multiplied by it, or have to be",
+        "Say the unit with the factor that makes it right, or the unit alone if they are right",
+    ),
+    "an offset": (
+        "may hold it already, or not yet",
+        "Write them as they have to be, or say the unit if they are right as they stand",
+    ),
+    "counts": (
+        "may be these, in no unit",
+        "Say the unit with what one of them is worth, or the unit alone if they are in it",
+    ),
+}
 
 
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
@@ -91,10 +109,19 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
     if factor is not None and not after_raw_counts(sheet, index, heading):
-        line = factor[1]
+        line, what = factor[1], what_is_stated(factor[0])
+        may, way = {
+            "a factor": (
+                "may have been multiplied by it, or have to be",
+                "with the factor that makes it right, or the unit alone",
+            ),
+            "an offset": ("may hold it already, or not yet", "alone"),
+            "counts": ("may be these, in no unit", "that one of them is worth, or the unit alone"),
+        }[what]
+        other = "; else write them as they have to be, and take the line out" if what == "an offset" else ""
         return fault(
-            f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
-            f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
+            f'"{factor[0]}" states {what}: the readings of column "{name}" {may}',
+            f"Say the unit {way} if they are right: {listed}{other}",
         )
     scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (0 if s.kind == "offset" else 1)]
     if scaled:
@@ -141,11 +168,11 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
         above = sheet.units_line is not None and sheet.units_line < sheet.header_line
         where = f"above it, declared in line {sheet.units_line}" if above else "below it"
-        either = Choice("units", (below, inside), shown)
+        both = Choice("units", (below, inside), shown) if of_index else None
         return fault(
             f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}',
-            f"Correct one of the two, or say: {either}",
-            either,
+            f"Correct one of the two, or say: {both or listed}",
+            both,
         )
     if len(set(factors)) > 1:
         return fault(

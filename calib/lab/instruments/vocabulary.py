@@ -31,7 +31,7 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
-from calib.lab.instruments.factor_words import factor_before_symbol, factor_words, free_number
+from calib.lab.instruments.factor_words import factor_before_symbol, free_number
 from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.reach import RANGE, REACHES
@@ -70,8 +70,11 @@ _CAPACITY = re.compile(
     rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{REACHES})[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
     rf"(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
-# What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
-_FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
+# What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1", "Force*10"; "x1" is none.
+_FACTOR_BEHIND = re.compile(
+    r"(?P<name>.*?[^\W\d_])(?:\s+|(?=[*×÷·/]))"
+    r"(?P<factor>(?![x×*·/÷]?\s?1$)(?:(?:[x×*·/÷]\s?)?[\d.,eE^+-]+|\d+(?:[.,]\d+)?\s?[x×]))"
+)
 # How a time of day is written: "mm:ss:ff", "h:min:s", "min,s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}|(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # Of which run or specimen a column is, behind its unit: "Time (s) S1", "Force [N] run 2".
@@ -351,7 +354,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
-    factor = leading_factor(cell) or factor_in(outside) or factor_words(outside) or factor_before_symbol(outside)
+    factor = leading_factor(cell) or factor_in(outside) or factor_before_symbol(outside)
     function = FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or next((d for bracket in brackets if (d := _may_be_factor(quantity, bracket))), "")
@@ -439,8 +442,6 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return f'the factor "{factor}" stands before its name'
     if machine := bends_itself(cell):
         return machine
-    if (remarked := _remark_behind(cell, unit_below)) is not None:
-        return remarked
     cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
@@ -510,28 +511,6 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     return f"axis {axis}: not used" if (axis := other_axis(without_tail)) else _reason(words(outside), brackets, unit_below)
 
 
-# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
-_WORDS_BEHIND = re.compile(
-    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[][^()\[\]]+[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
-    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
-)
-
-
-def _remark_behind(cell: str, unit_below: str) -> Heading | None:
-    """What a name with its unit is, with words that have a bracket of their own behind it as one remark; None if it is not so.
-
-    A unit of the same quantity there is asked about, as any two are.
-    """
-    match = _WORDS_BEHIND.fullmatch(cell.strip())
-    found = _interpret(match["first"], unit_below) if match is not None else None
-    if match is None or not isinstance(found, Heading) or not is_unit_of(found.unit or "?", found.quantity):
-        return None
-    if is_unit_of(match["inside"], found.quantity) or is_factor(match["inside"]):
-        return None
-    whole = _interpret(f"{match['first']} [{match['words']} {match['inside']}]", unit_below)
-    return whole if isinstance(whole, Heading) else None
-
-
 # A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.
 _EASTERN = r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3]+"
 _TWO_LANGUAGES = re.compile(
@@ -575,7 +554,7 @@ def _without_factor(outside: str, cell: str) -> tuple[str, str]:
     if match is None or not is_factor(match["factor"]):
         return outside, ""
     behind = re.search(rf"[)\]}}]\s*{re.escape(match['factor'])}\s*$", cell) is not None
-    return (match["name"], match["factor"]) if behind or re.search(r"[eE^]", match["factor"]) else (outside, "")
+    return (match["name"], match["factor"]) if behind or re.search(r"[eE^*×÷·/]", match["factor"]) else (outside, "")
 
 
 def _without_capacity(outside: str, units: Sequence[str]) -> tuple[str, str]:

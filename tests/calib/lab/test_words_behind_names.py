@@ -26,8 +26,13 @@ def _file(folder: Path, *names: str, above: str = "", units: str = "", below: st
     return path
 
 
-def _read(folder: Path, force: str, reading: Reading | None = None, **more: str) -> LabTable:
-    return read_lab_file(_file(folder, *NAMES[:2], force, **more), reading or Reading())
+def _read(folder: Path, force: str, reading: Reading | None = None, *, above: str = "", below: str = "") -> LabTable:
+    return read_lab_file(_file(folder, *NAMES[:2], force, above=above, below=below), reading or Reading())
+
+
+def _places(line: str) -> list[tuple[str, str]]:
+    """A line above the names, and below the rows."""
+    return [(line, ""), ("", f"\n{line}")]
 
 
 def _is_force(table: LabTable, factor: float = 1.0) -> None:
@@ -192,3 +197,119 @@ def test_a_time_since_anything_is_a_time(tmp_path: Path, name: str) -> None:
 
 def test_a_time_since_the_last_reading_is_no_clock(tmp_path: Path) -> None:
     assert "time" not in read_lab_file(_file(tmp_path, "Time (s) since last reading", *NAMES[1:])).columns
+
+
+# ----------------------------------------------------------------------------------------------------------------- footnotes
+
+
+@pytest.mark.parametrize(
+    ("name", "mark"),
+    [
+        ("Force (N)*", "*"),
+        ("Force (N) 1)", "1"),
+        ("Force (N)¹", "1"),
+        ("Force (N) a)", "a"),
+        ("Force* (N)", "*"),
+        ("Force¹ [N]", "1"),
+        ("Force (N*)", "*"),
+        ("Force (N)†", "†"),
+    ],
+)
+def test_the_mark_of_a_footnote_is_told_with_the_line_that_begins_with_it(tmp_path: Path, name: str, mark: str) -> None:
+    table = _read(tmp_path, name)
+    _is_force(table)
+    assert f'"{name}": the mark "{mark}" of a footnote is passed by' in table.notes
+    for above, below in _places(f"{mark}) as the cell shows it"):
+        told = [
+            note for note in _read(tmp_path, name, above=above, below=below).notes if f'the mark "{mark}" of a footnote' in note
+        ]
+        assert [note.rpartition("says ")[2] for note in told] == ['"as the cell shows it"']
+
+
+def test_a_mark_in_a_row_of_units_is_told_too(tmp_path: Path) -> None:
+    for unit, mark in (("[N] *", "*"), ("N 1)", "1"), ("(N) **", "**")):
+        table = read_lab_file(_file(tmp_path, "Time", "Displacement", "Force", units=f"s;mm;{unit}"))
+        _is_force(table)
+        assert f'"Force": the mark "{mark}" of a footnote is passed by' in table.notes
+    _is_force(read_lab_file(_file(tmp_path, "Time", "Displacement", "Force", units="[s];[mm];[N] Zelle 2")))
+
+
+def test_a_footnote_that_changes_the_readings_is_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"half of the cell's reading.*states a factor"):
+        _read(tmp_path, "Force (N)¹", below="\n¹ half of the cell's reading")
+    with pytest.raises(InputError, match="states a factor"):
+        _read(tmp_path, "Force (N)*", above="* values x10")
+    with pytest.raises(InputError, match="--units force=mN or --units force=N"):
+        _read(tmp_path, "Force (N)*", below="\n* in mN")
+    _is_force(_read(tmp_path, "Force (N)*", Reading(units={"force": "2 N"}), below="\n* half of the cell's reading"), 2.0)
+
+
+def test_a_power_of_a_name_is_no_footnote(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a function of a reading"):
+        _read(tmp_path, "Force² (N)")
+
+
+# -------------------------------------------------------------------------------------------------- factors, asked for once
+
+
+@pytest.mark.parametrize("name", ["Force*10 (N)", "Load (N) 2x", "Force/10 (N)", "Load 2x (N)", "Foo*10 (N)", "Force (N) x10"])
+def test_a_factor_in_a_name_is_settled_by_what_the_first_advice_says(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError) as caught:
+        _read(tmp_path, name)
+    _is_force(_read(tmp_path, name, _typed(caught.value)))
+
+
+@pytest.mark.parametrize("name", ["Force (N) at 23 (°C)", "Force (N) on sensor (2)", "Force [N] by channel [3]"])
+def test_words_with_a_bracket_of_their_own_are_one_remark_for_whoever_names_the_column(tmp_path: Path, name: str) -> None:
+    _is_force(_read(tmp_path, name, Reading(columns={"force": "3"})))
+
+
+# ---------------------------------------------------------------------------------------------- remarks that change readings
+
+
+@pytest.mark.parametrize(
+    ("line", "quantity", "states"),
+    [
+        ("Displacement = gauge x 2", "displacement", "a factor"),
+        ("Weg = Messuhr * 2", "displacement", "a factor"),
+        ("Displacement is twice the gauge reading", "displacement", "a factor"),
+        ("half of the cell's reading", "force", "a factor"),
+        ("Kraft: die Hälfte der Anzeige", "force", "a factor"),
+        ("Force: la moitié de la lecture", "force", "a factor"),
+        ("Force scaling 2:1", "force", "a factor"),
+        ("Correction: subtract 0.35 N from force", "force", "an offset"),
+        ("Kraft: 0,35 N abziehen", "force", "an offset"),
+        ("soustraire 0,35 N de la force", "force", "an offset"),
+        ("0.2 mm to be added to the displacement: displacement", "displacement", "an offset"),
+        ("Time in samples", "time", "counts"),
+        ("Zeit in Abtastwerten", "time", "counts"),
+        ("Force is in raw ADC counts", "force", "counts"),
+    ],
+)
+def test_a_remark_that_changes_readings_is_asked_about_above_and_below(
+    tmp_path: Path, line: str, quantity: str, states: str
+) -> None:
+    unit = {"displacement": "mm", "force": "N", "time": "s"}[quantity]
+    for above, below in _places(line):
+        with pytest.raises(InputError, match=f"states {states}.*--units {quantity}="):
+            _read(tmp_path, "Force (N)", above=above, below=below)
+        _is_force(_read(tmp_path, "Force (N)", Reading(units={quantity: unit}), above=above, below=below))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "Gauge factor 2.1",
+        "half of the specimens broke",
+        "0.35 N was subtracted from force",
+        "Number of samples: 500",
+        "Force applied in steps",
+        "Stress = F / 78.5",
+        "Displacement = crosshead position",
+        "half bridge",
+        "Preload: add 0.5 N",
+    ],
+)
+def test_other_remarks_with_such_words_change_nothing(tmp_path: Path, line: str) -> None:
+    _is_force(_read(tmp_path, "Force (N)", above=line))
+    _is_force(_read(tmp_path, "Force (N)", below=f"\n{line}"))
