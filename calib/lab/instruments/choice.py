@@ -21,7 +21,7 @@ from calib.lab.instruments.meanings import is_channel
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
-from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
+from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, in_words, other_clock
 from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
@@ -505,7 +505,9 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
         else:
             heading = sheet.plain_heading(index)
             reason = why_unread(name, sheet.unit_below(index))
-            if index == days:
+            if heading.quantity not in ("", "time", "cycle", "status") and sheet.holds_words(index):
+                reason = f"holds words, no {in_words(heading.quantity)}"
+            elif index == days:
                 reason = f'the days of "{_shown(sheet, taken["time"])}", whose times are read with them'
             elif heading.quantity in taken:
                 reason = f'"{_shown(sheet, taken[heading.quantity])}" is taken'
