@@ -229,6 +229,10 @@ _LEFT = re.compile(
 )
 # Where words are joined by their capitals: "TargetForce".
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
+# From the least to the largest of several readings.
+_PEAK_TO_PEAK = re.compile(
+    r"(?<![^\W_])(?:p-p|p2p|pk-pk|pk2pk|peak[ -]to[ -]peak|spitze-spitze|crête à crête)(?![^\W_])", re.IGNORECASE
+)
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
 # Units in capitals that a symbol and any name of a capacitance may have, too: none is in petafarads.
@@ -649,7 +653,11 @@ def no_record(text: str) -> str:
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     >>> no_record("Kraftvorgabe"), no_record("TargetForce")
     ('"kraftvorgabe" was commanded, not measured', '"target" was commanded, not measured')
+    >>> no_record("Force p-p"), no_record("peak-to-peak")
+    ('"p-p" is a statistic, no record', '"peak-to-peak" is a statistic, no record')
     """
+    if (between := _PEAK_TO_PEAK.search(text)) is not None:
+        return f'"{between[0].lower()}" is a statistic, no record'
     for found in words_in(_CAMEL.sub(" ", text)):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:

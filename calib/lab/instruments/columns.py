@@ -75,7 +75,7 @@ from calib.lab.instruments.unit_choice import (
 )
 from calib.lab.instruments.upside_down import upside_down
 from calib.lab.instruments.validity import compares, said_bad
-from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words
+from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words, words_passed_by
 from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
@@ -192,6 +192,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         if symbol not in ("", "N") and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": the index is that of a normal force, the unit is {symbol}')
         notes += [of_footnote(sheet.names[index], noted[index])] if index in noted else []
+        passed = words_passed_by(sheet.names[index]) if index not in sheet.assigned else ""
+        if passed and not any(f'"{sheet.names[index]}"' in note for note in choice.notes):
+            notes.append(f'"{sheet.names[index]}": "{passed}" behind its unit is passed by, and not understood')
         unit = heading.unit or sheet.unit_below(index)
         if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')

@@ -260,7 +260,7 @@ BOUNDS = _set("limit limits threshold")
 #: Words of the largest of several readings, which a peak of a record may bear, too.
 _PEAKS = _set(
     "fmax fmin cmax cmin pk pico picco pic crête crete piek spitzenkraft spitzenlast spitzenweg höchstkraft höchstlast "
-    "maximalkraft maximallast bruchkraft bruchlast break rupture ultimate "
+    "maximalkraft maximallast bruchkraft bruchlast break rupture ultimate amplitude amplituden amplitud ampiezza amplituda "
     "máx máxima máximo massima maxima maxim 峰值 ピーク 피크"
 )
 _NUMBERS_DRAWN = _set(

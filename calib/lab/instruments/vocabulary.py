@@ -14,6 +14,7 @@ from calib.lab.instruments.brackets import (
     bends_itself,
     ends_without_unit,
     factor_in,
+    footnote_of,
     index_in,
     is_factor,
     is_letter,
@@ -32,7 +33,7 @@ from calib.lab.instruments.brackets import (
     words_in,
 )
 from calib.lab.instruments.factor_words import factor_before_symbol, free_number
-from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
+from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, QUALIFIERS, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.reach import RANGE, REACHES
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
@@ -325,6 +326,38 @@ def is_mean_of_readings(cell: str) -> bool:
     (True, False)
     """
     return _OF_READINGS.search(cell) is not None
+
+
+# What stands behind the brackets of a name with its unit, in brackets of its own or not.
+_BEHIND_UNIT = re.compile(r"[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]]\s*[,;]?\s*(?P<words>.+)")
+
+
+def words_passed_by(cell: str) -> str:
+    """The words behind the unit of a name that is understood of which nothing says what they are; "" if there are none.
+
+    How a column was measured and worked on, how far the instrument reaches, and of which run it is, are known.
+
+    >>> [words_passed_by(f"Force (N) {words}") for words in ("x", "left", "cell 2", "(rel.)", "measured", "max. 20 N", "run 2")]
+    ['x', 'left', 'cell 2', 'rel.', '', '', '']
+    """
+    match = _BEHIND_UNIT.fullmatch(cell.strip()) if len(cell) <= LONGEST else None
+    if match is None or not looks_like_unit(match["unit"]) or _OF_A_RUN.fullmatch(tidy(cell)) or footnote_of(cell):
+        return ""
+    said = match["words"].strip(" ()[],;")
+    words_said = [w for w in re.split(r"[\s.,;:()\[\]/-]+", said.lower()) if w]
+    known = QUALIFIERS | PROCESSED
+    if not words_said or all(w in known for w in words_said) or any(w in PROCESSED or w in MEANS for w in words_said):
+        return ""
+    told = (
+        is_wiring(said) or says_sense(said) or without_conditions(cell)[1] or tidy(cell) in _without_words(cell, match["unit"])
+    )
+    return "" if told or said.startswith("_") or any(meanings(words(said), (), "")) else said
+
+
+def _without_words(cell: str, unit: str) -> tuple[str, str]:
+    """A name with its unit as it is where nothing stands behind it, or a filter is named there."""
+    alone = tidy(cell[: cell.index(unit) + len(unit) + 1])
+    return alone, f"{alone} (filtered)"
 
 
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:

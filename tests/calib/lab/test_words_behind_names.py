@@ -313,3 +313,40 @@ def test_a_remark_that_changes_readings_is_asked_about_above_and_below(
 def test_other_remarks_with_such_words_change_nothing(tmp_path: Path, line: str) -> None:
     _is_force(_read(tmp_path, "Force (N)", above=line))
     _is_force(_read(tmp_path, "Force (N)", below=f"\n{line}"))
+
+
+# ------------------------------------------------------------------------------------------------ words that are passed by
+
+
+@pytest.mark.parametrize("words", ["x", "left", "cell 2", "(rel.)"])
+def test_words_behind_a_unit_that_are_passed_by_are_told(tmp_path: Path, words: str) -> None:
+    table = _read(tmp_path, f"Load (N) {words}")
+    _is_force(table)
+    assert any(f'"{words.strip("()")}" behind its unit is passed by' in note for note in table.notes)
+
+
+@pytest.mark.parametrize("words", ["", "measured", "raw", "at 23 °C", "max. 20 N", "± 0.01", "run 1"])
+def test_words_that_are_known_to_change_nothing_are_not(tmp_path: Path, words: str) -> None:
+    table = _read(tmp_path, f"Load (N) {words}".strip())
+    _is_force(table)
+    assert not any("behind its unit" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("name", ["Load (N) amplitude", "Force (N) p-p", "Force pk-pk (N)", "Kraft [N] Spitze-Spitze"])
+def test_what_is_drawn_from_many_readings_is_no_force(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="is a statistic, no record"):
+        _read(tmp_path, name)
+
+
+def test_what_a_load_cell_is_fed_with_is_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r'--columns "force=Load cell excitation .N.'):
+        _read(tmp_path, "Load cell excitation (N)")
+
+
+def test_a_rate_alone_is_held_against_the_times(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    rows = [f"{k};{row.split(';', 1)[1]}" for k, row in enumerate(ROWS)]
+    for line, told in (("Rate: 10 Hz", True), ("Rate: 1 Hz", False), ("Sampling rate: 10 Hz", True)):
+        path.write_text("\n".join([line, ";".join(NAMES), *rows]) + "\n", encoding="utf-8")
+        notes = read_lab_file(path).notes
+        assert any("the readings follow each other after 1 s" in note for note in notes) == told
