@@ -33,9 +33,10 @@ _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
 # symbol it may be a part: "C* (pF)", and a power: "Force² (N)".
 _FOOTNOTE = re.compile(
     r"(?<=[)\]])\s?(?:[*†‡§¶]{1,3}|[¹²³⁴-⁹])$|(?<=[^\W\d_]{3})(?:[*†‡§¶]{1,3}|¹)(?=\s*[(\[]|$)|"
-    r"(?<=[(\[\s][^\W\d_])[*†‡§¶¹](?=[)\]])|(?<=[(\[\s][^\W\d_]{2})[*†‡§¶¹](?=[)\]])|"
-    r"^(?P<unit>[^\s\d()\[\]*]{1,12})(?P<at>\s?[*†‡§¶]{1,3})$"
+    r"(?<=[(\[\s][^\W\d_])[*†‡§¶¹](?=[)\]])|(?<=[(\[\s][^\W\d_]{2})[*†‡§¶¹](?=[)\]])"
 )
+# The same behind a unit alone, in a row of units.
+_AT_UNIT = re.compile(r"(?<=[^\W\d_])\s?[*†‡§¶]{1,3}$")
 _MARKS = frozenset("*†‡§¶¹²³⁴⁵⁶⁷⁸⁹")
 # The same as a figure or a letter before a bracket that nothing opens.
 _FIGURE = re.compile(r"(?<=[^\W\d_)\]])\s?[1-9]\)(?=\s*[(\[]|$)|(?<=[)\]])\s?[1-9a-c]\)$|(?<=[^\W_])\s[1-9a-c]\)$")
@@ -334,16 +335,25 @@ def tidy(cell: str) -> str:
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
-def footnote_of(cell: str) -> str:
-    """The mark of a footnote that a header cell, or a cell of units, bears: "*", a figure or a letter; "" if it bears none.
+def footnote_of(cell: str, *, of_unit: bool = False) -> str:
+    """The mark of a footnote that a header cell bears: "*", a figure or a letter; "" if it bears none.
 
-    >>> [footnote_of(cell) for cell in ("Force (N)*", "Force (N) 1)", "Force¹ (N)", "Force² (N)", "N 1)", "Force (N) (1)")]
-    ['*', '1', '1', '', '1', '']
+    Parameters
+    ----------
+    cell : as written.
+    of_unit : whether it is of a row of units, where a letter before the mark is no symbol, as "C*" may be one.
+
+    >>> [footnote_of(cell) for cell in ("Force (N)*", "Force (N) 1)", "Force¹ (N)", "Force² (N)", "C*", "Force (N) (1)")]
+    ['*', '1', '1', '', '', '']
+    >>> footnote_of("N *", of_unit=True), footnote_of("N 1)", of_unit=True)
+    ('*', '1')
     """
     if len(cell) > LONGEST:
         return ""
     cell = cell.strip()
     before, behind = _around_footnote(cell)
+    if of_unit and before == cell and (match := _AT_UNIT.search(cell)) is not None:
+        before = cell[: match.start()]
     return unicodedata.normalize("NFKC", cell[len(before) : len(cell) - len(behind)]).strip(" )")
 
 
@@ -351,10 +361,7 @@ def _around_footnote(cell: str) -> tuple[str, str]:
     """What stands before the mark of a footnote in a cell, and behind it; the whole and "" where it has none."""
     form = _FIGURE if cell.count(")") > cell.count("(") else _FOOTNOTE
     match = form.search(cell) if form is _FIGURE or not _MARKS.isdisjoint(cell) else None
-    if match is None:
-        return cell, ""
-    at = "at" if form is _FOOTNOTE and match["at"] else 0
-    return cell[: match.start(at)], cell[match.end(at) :]
+    return (cell, "") if match is None else (cell[: match.start()], cell[match.end() :])
 
 
 def _without_beginning(cell: str) -> str:

@@ -37,7 +37,11 @@ def footnotes(sheet: Sheet, lines: Iterable[tuple[int, str]]) -> Mapping[int, Fo
     lines : 1-based number and text of the lines around it.
     """
     below = _cells_of_units(sheet)
-    marks = {i: mark for i, name in enumerate(sheet.names) if (mark := footnote_of(name) or footnote_of(below.get(i, "")))}
+    marks = {
+        i: mark
+        for i, name in enumerate(sheet.names)
+        if (mark := footnote_of(name) or footnote_of(below.get(i, ""), of_unit=True))
+    }
     if not marks:
         return {}
     begun: dict[str, tuple[int, str]] = {}

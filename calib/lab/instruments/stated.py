@@ -373,7 +373,7 @@ def _factors_of(line: str) -> tuple[str, ...]:
     if (part_of := _OF_READING.search(line)) is not None and not _OF_TESTS.search(line):
         return _named_in_clause(line, part_of) or ("",)
     offset, counted = _OFFSET.search(line), _IN_COUNTS.fullmatch(line)
-    if offset is not None and (of_offset := _named_in_clause(line, offset)):
+    if offset is not None and not _OF_TESTS.search(line) and (of_offset := _named_in_clause(line, offset)):
         return tuple(q for q in of_offset if is_unit_of(offset["unit"] or offset["of"], q))
     if counted is not None and (of := quantity_of(counted["what"])) is not None and not _OF_COUNTS.search(counted["what"]):
         return (of,)

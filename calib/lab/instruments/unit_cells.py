@@ -81,7 +81,7 @@ def unit_cell(cell: str) -> UnitCell | None:
         return UnitCell("")
     if len(cell) > _LONGEST:
         return None
-    if "(" not in cell and (mark := footnote_of(cell)) and cell.endswith(f" {mark})"):
+    if "(" not in cell and (mark := footnote_of(cell, of_unit=True)) and cell.endswith(f" {mark})"):
         cell = cell[: -len(mark) - 2]
     match = _BRACKETS.fullmatch(cell)
     if match and (looks_like_unit(match["unit"]) or not _WITHIN.fullmatch(match["unit"])):

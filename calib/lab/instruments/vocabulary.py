@@ -329,7 +329,9 @@ def is_mean_of_readings(cell: str) -> bool:
 
 
 # What stands behind the brackets of a name with its unit, in brackets of its own or not.
-_BEHIND_UNIT = re.compile(r"[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]]\s*[,;]?\s*(?P<words>.+)")
+_BEHIND_UNIT = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]])\s*[,;]?\s*(?P<words>.+)"
+)
 
 
 def words_passed_by(cell: str) -> str:
@@ -348,16 +350,9 @@ def words_passed_by(cell: str) -> str:
     known = QUALIFIERS | PROCESSED
     if not words_said or all(w in known for w in words_said) or any(w in PROCESSED or w in MEANS for w in words_said):
         return ""
-    told = (
-        is_wiring(said) or says_sense(said) or without_conditions(cell)[1] or tidy(cell) in _without_words(cell, match["unit"])
-    )
+    alone = tidy(match["first"])
+    told = is_wiring(said) or says_sense(said) or without_conditions(cell)[1] or tidy(cell) in (alone, f"{alone} (filtered)")
     return "" if told or said.startswith("_") or any(meanings(words(said), (), "")) else said
-
-
-def _without_words(cell: str, unit: str) -> tuple[str, str]:
-    """A name with its unit as it is where nothing stands behind it, or a filter is named there."""
-    alone = tidy(cell[: cell.index(unit) + len(unit) + 1])
-    return alone, f"{alone} (filtered)"
 
 
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:

@@ -10,6 +10,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.vocabulary import understand
 
 N = 60
 TIME = np.arange(N) * 0.1
@@ -195,6 +196,10 @@ def test_a_time_since_anything_is_a_time(tmp_path: Path, name: str) -> None:
     assert not any(name in note for note in table.notes)
 
 
+def test_since_when_a_time_is_needs_no_note(tmp_path: Path) -> None:
+    assert not any("Elapsed" in n for n in read_lab_file(_file(tmp_path, "Elapsed (s) since tare", *NAMES[1:])).notes)
+
+
 def test_a_time_since_the_last_reading_is_no_clock(tmp_path: Path) -> None:
     assert "time" not in read_lab_file(_file(tmp_path, "Time (s) since last reading", *NAMES[1:])).columns
 
@@ -242,6 +247,11 @@ def test_a_footnote_that_changes_the_readings_is_asked_about(tmp_path: Path) -> 
     with pytest.raises(InputError, match="--units force=mN or --units force=N"):
         _read(tmp_path, "Force (N)*", below="\n* in mN")
     _is_force(_read(tmp_path, "Force (N)*", Reading(units={"force": "2 N"}), below="\n* half of the cell's reading"), 2.0)
+
+
+def test_a_star_at_a_symbol_may_be_a_part_of_it() -> None:
+    assert understand("C*", "pF") is None
+    assert understand("C* (pF)") is None
 
 
 def test_a_power_of_a_name_is_no_footnote(tmp_path: Path) -> None:
@@ -308,6 +318,8 @@ def test_a_remark_that_changes_readings_is_asked_about_above_and_below(
         "Displacement = crosshead position",
         "half bridge",
         "Preload: add 0.5 N",
+        "Displacement: add 0.1 mm per step",
+        "Do not subtract 0.35 N from force",
     ],
 )
 def test_other_remarks_with_such_words_change_nothing(tmp_path: Path, line: str) -> None:
