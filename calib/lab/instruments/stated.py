@@ -88,6 +88,8 @@ _OTHERWISE = (
     ),
 )
 _PRODUCTS = _OTHERWISE[-3:]
+# A sign of multiplication that is a word of the clock, too.
+_TIMES_BEFORE = re.compile(r"\btimes\s+(?=\d)", re.IGNORECASE)
 # A gauge that shows what a formula makes a reading of; its factor is that of a strain.
 _GAUGE = re.compile(r"gau?ges?(?![\s_-]*(?:factor|fac\b|k\b))", re.IGNORECASE)
 _COUNTED = re.compile(
@@ -381,7 +383,7 @@ def _factors_of(line: str) -> tuple[str, ...]:
         match = pattern.match(line)
         others = OF_OTHERS.search(_GAUGE.sub("", line) if pattern in _PRODUCTS else line)
         if match is not None and not _is_one(match["number"]) and others is None:
-            quantity = quantity_of(match["what"]) or quantity_of(line)
+            quantity = quantity_of(match["what"]) or quantity_of(_TIMES_BEFORE.sub(" ", line))
             if pattern is _PRODUCTS[-1] and _COUNTED.search(line):
                 continue
             if quantity is not None or pattern not in _PRODUCTS:

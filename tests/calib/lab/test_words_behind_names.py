@@ -249,6 +249,16 @@ def test_a_footnote_that_changes_the_readings_is_asked_about(tmp_path: Path) -> 
     _is_force(_read(tmp_path, "Force (N)*", Reading(units={"force": "2 N"}), below="\n* half of the cell's reading"), 2.0)
 
 
+def test_times_a_number_is_of_the_column_with_the_mark_and_not_of_the_clock(tmp_path: Path) -> None:
+    names = ("Time (s)", "Displacement (mm)*", "Force (N)**")
+    with pytest.raises(InputError) as caught:
+        read_lab_file(_file(tmp_path, *names, below="\n* as shown\n** times 10"))
+    assert [fault.column for fault in caught.value.faults] == [3]
+    with pytest.raises(InputError) as caught:
+        _read(tmp_path, "Force (N)", above="values times 10")
+    assert [fault.column for fault in caught.value.faults] == [3]
+
+
 def test_a_star_at_a_symbol_may_be_a_part_of_it() -> None:
     assert understand("C*", "pF") is None
     assert understand("C* (pF)") is None
