@@ -150,7 +150,7 @@ def _day(description: str) -> Schema:
 
 def _sweep() -> dict[str, Schema]:
     use = {
-        "max_force": quantity("Rows with more force are left out.", "N", "5 N"),
+        "max_force": quantity("Rows with more force are left out.", "N", "5 N", signed=True),
         "max_depth": quantity("Rows deeper than this, from where contact is estimated, are left out.", "m", "0.8 mm"),
         "branch": choice("The branch that is used.", ("loading", "unloading"), "loading"),
         "cycles": {

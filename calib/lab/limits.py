@@ -83,12 +83,15 @@ def limits_of(
     Raises
     ------
     InputError
-        If the file has no column that a limit speaks of, or a limit is not positive.
+        If the file has no column that a limit speaks of, or a limit is not positive, though the load at rest is not below it.
     """
-    for key, value in (("max_force", use.max_force), ("max_depth", use.max_depth)):
-        if value is not None and not value > 0:
-            shown = f"{value:.6g} N" if key == "max_force" else f"{value * 1e3:.6g} mm"
-            raise InputError(Fault(f"{key} must be positive, got {shown}", table.path, advice=f"Leave {key} out for no limit"))
+    if use.max_depth is not None and not use.max_depth > 0:
+        shown = f"{use.max_depth * 1e3:.6g} mm"
+        raise InputError(
+            Fault(f"max_depth must be positive, got {shown}", table.path, advice="Leave max_depth out for no limit")
+        )
+    if use.max_force is not None and not use.max_force > 0 and "force" in channels:
+        _check_against_rest(use.max_force, table, channels["force"], displacement, stretches, contact)
     reasons: dict[int, str] = {}
     notes: list[str] = []
     if use.max_force is not None:
@@ -109,6 +112,44 @@ def limits_of(
             f"{_rows(out.size)} beyond"
         )
     return Beyond(reasons, tuple(notes))
+
+
+# The load at rest is that of the lowest readings, of this share of a branch; a limit is above it by this share of the range.
+_AT_REST, _ABOVE_REST = 0.1, 0.02
+
+
+def _check_against_rest(
+    limit: float,
+    table: LabTable,
+    force: FloatArray,
+    displacement: FloatArray | None,
+    stretches: Sequence[IntArray],
+    contact: ContactOnset | None,
+) -> None:
+    """Refuse a limit of the force that is not positive where the load at rest is not below it: it would leave no press.
+
+    A load that was not tared may be below zero as long as the ball is, and a limit of it, too.
+    """
+    rows = np.concatenate([*stretches, np.zeros(0, dtype=np.int64)])
+    readings = np.sort(force[rows][np.isfinite(force[rows])])
+    if not readings.size:
+        return
+    rest, largest = float(np.median(readings[: max(1, round(_AT_REST * readings.size))])), float(readings[-1])
+    if limit > rest + _ABOVE_REST * (largest - rest):
+        return
+    asked = "must be positive" if rest + _ABOVE_REST * (largest - rest) >= 0 else "must be above the load at rest"
+    ways = [f'max_force = "{rest + 0.5 * (largest - rest):.3g} N"']
+    if displacement is not None and contact is not None:
+        deepest = float(np.nanmax(displacement[rows])) - contact.reading
+        ways += [f'max_depth = "{0.5e3 * deepest:.3g} mm"'] if deepest > 0 else []
+    listed = " or ".join(f"{way} ({way.replace('max_', '--max-', 1).replace(' = ', ' ')})" for way in ways)
+    raise InputError(
+        Fault(
+            f"max_force {asked}, got {limit:.6g} N: the load at rest is {rest:.4g} N, the largest {largest:.4g} N",
+            table.path,
+            advice=f"Leave max_force out for no limit; or say how far it is used, as by {listed}",
+        )
+    )
 
 
 def _rows(n: int) -> str:

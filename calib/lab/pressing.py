@@ -240,8 +240,8 @@ def _observe_capacitance(table: LabTable, use: Use, tester: Observations | None)
             use = replace(use, max_force=None, max_depth=depth)
     elif use.max_depth is not None and "displacement" not in table.columns:
         reached = float(np.nanmax(tester.force[tester.used]))
-        if reached > 0:
-            use = replace(use, max_depth=None, max_force=min(reached, use.max_force or np.inf))
+        if np.isfinite(reached):
+            use = replace(use, max_depth=None, max_force=reached if use.max_force is None else min(reached, use.max_force))
     return observe(table, use)
 
 

@@ -23,8 +23,8 @@ class Use:
 
     Attributes
     ----------
-    max_force : [N], rows with more force are left out; force as the file has it, compression positive, its zero not taken off.
-        None for no limit.
+    max_force : [N], rows with more force are left out; force as the file has it, compression positive, its zero not taken off:
+        below zero where the load at rest is. None for no limit.
     max_depth : [m], rows deeper than this are left out; counted from where contact is estimated to begin. None for no limit.
     branch : "loading", or "unloading" for a press that is to be calibrated on its way back.
     cycles : which cycles, counted from 1; their rows are used together. Empty for the first.
@@ -76,7 +76,7 @@ def _limit(key: str, value: object) -> float:
         number = parse_quantity(value, unit)
     except ValueError as error:
         raise InputError(Fault(f"{key}: {error}", advice=f'Give {key} = "{example}"')) from None
-    if not number > 0:
+    if key == "max_depth" and not number > 0:
         raise InputError(Fault(f'{key} must be positive, got "{value}"', advice=f'Give {key} = "{example}"'))
     return number
 

@@ -22,24 +22,32 @@ from calib.lab.instruments.lexicon import (
     WITHOUT_BLANKS,
 )
 from calib.lab.instruments.meanings import meanings, plain_meanings
-from calib.lab.instruments.units import from_capitals, is_unit_of, looks_like_unit, mended
+from calib.lab.instruments.reach import RANGE, RATED, REACH_BEHIND, REACH_WITHIN, is_reach, without_tolerance
+from calib.lab.instruments.units import RECORDED, from_capitals, is_unit_of, looks_like_unit, mended
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # What R makes of "Time (s)" and "Compressive load (N)" as names of variables: "Time..s.", "Compressive.load..N.".
 _OF_R = re.compile(r"(?P<name>[^\W\d_][\w.]*?)\.{1,2}(?P<unit>[^\W\d_]+)\.")
-# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)"; of a symbol it may be a part: "C* (pF)".
-_FOOTNOTE = re.compile(r"(?<=[)\]])\s?[*†‡§]{1,3}$|(?<=[^\W\d_]{3})[*†‡§]{1,3}(?=\s*[(\[]|$)")
+# The mark of a footnote behind a unit or a name: "Force (N)*", "Force* (N)", "Force (N) 1)", "Force¹ (N)", "Force (N*)"; of a
+# symbol it may be a part: "C* (pF)", and a power: "Force² (N)".
+_FOOTNOTE = re.compile(
+    r"(?<=[)\]])\s?(?:[*†‡§¶]{1,3}|[¹²³⁴-⁹])$|(?<=[^\W\d_]{3})(?:[*†‡§¶]{1,3}|¹)(?=\s*[(\[]|$)|"
+    r"(?<=[(\[\s][^\W\d_])[*†‡§¶¹](?=[)\]])|(?<=[(\[\s][^\W\d_]{2})[*†‡§¶¹](?=[)\]])"
+)
+# The same behind a unit alone, in a row of units.
+_AT_UNIT = re.compile(r"(?<=[^\W\d_])\s?[*†‡§¶]{1,3}$")
+_MARKS = frozenset("*†‡§¶¹²³⁴⁵⁶⁷⁸⁹")
+# The same as a figure or a letter before a bracket that nothing opens.
+_FIGURE = re.compile(r"(?<=[^\W\d_)\]])\s?[1-9]\)(?=\s*[(\[]|$)|(?<=[)\]])\s?[1-9a-c]\)$|(?<=[^\W_])\s[1-9a-c]\)$")
+# A power of what stands before brackets, which is no number of a channel: "Force² (N)".
+_SQUARED = re.compile(r"(?<=[^\W\d_])[²³](?=\s*[(\[]|$)")
 # A remark behind the unit: "Force [N], tared".
 _REMARK_BEHIND = re.compile(r"(?P<before>[^,;]*[)\]])\s?[,;]\s*(?P<remark>[^\W\d_][^()\[\]{},;]*)")
 # The same with a unit by a point alone, as people write it for R: "Time.s", "Displacement.mm".
 _BY_POINT = re.compile(r"(?P<name>[^\W\d_]{3,}(?:\.[^\W_]+)*)\.(?P<unit>[^\W\d_]{1,3})")
 # A channel by its number, and its label, as loggers of Keysight write them: "101 <Force> (N)".
 _LABELLED = re.compile(r"(?P<channel>\d{3,4}) <(?P<label>[^<>]+)>(?P<behind>.*)")
-# How far readings may be off, behind a unit or a name: "(mm ±0.002)", "Force (N) ± 0.01"; it changes nothing of them.
-_TOLERANCE = re.compile(
-    r"(?<=[^\s(\[,;])(?<![Rr]ange)(?<!bereich)\s*(?:±|\+/-)\s?\d+(?:[.,]\d+)?(?:\s?(?:%|[^\W\d_]{1,3})(?=\s*[)\]]))?\s?%?(?=\s*(?:[()\[\]]|$))"
-)
 # What was taken off, behind the unit: "Force (N) tare 0.35 N"; where the zero lies is a parameter.
 _TARE = re.compile(
     r"(?P<before>.*[)\]])\s*[,;]?\s*(?P<tare>(?:tared?|tara|tariert)\s?[:=]?\s?\d+(?:[.,]\d+)?\s?[^\W\d_]{0,3})", re.IGNORECASE
@@ -83,9 +91,7 @@ _PARTS_OF_UNIT = re.compile(
 )
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:(?:[x×*·/÷:@]|\b(?:times|mal|fois|veces|volte|vezes|(?:multiplied|divided|scaled) by|geteilt durch)\b|"
-    r"\b(?:div(?:\.|ided)?(?:\sby)?|gain|mult(?:\.|iplied)?(?:\sby)?)(?![^\W\d_])[\s:=]*)\s*"
-    r"(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:[x×*·/÷:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
@@ -99,29 +105,20 @@ _LEADING = re.compile(
 )
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
-#: What is said before how far an instrument reaches, for patterns in any case.
-RATED = (
-    r"capacity|nominal(?: load| force| capacity)?|rated(?: load| force| capacity)?|full[ -]?scale|fs|"
-    r"nenn(?:last|kraft|bereich)?|nom\.?|nominale|nominell|vollausschlag|étendue|capacité|capacidad|capacità|portata|portée|"
-    r"pleine échelle|fondo scala|fondo escala"
-)
 # The range of an instrument or the frequency of a meter: "500 N", "0-5 N", "1 kHz", "load cell 10 N", "LVDT ±5 mm".
 _RANGE = re.compile(
-    r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?"
-    rf"(?:at |@ ?|max\.? |(?:amplifier |sensor |measuring )?range |[Mm]essbereich |(?i:{RATED})[ :=]{{0,2}})?"
+    r"(?:(?i:load ?cell|cell|lvdt|kraftmessdose|transducer|loadcell),? (?:up to |bis )?)?(?:at |@ ?)?"
     r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
 # The same without its unit: "FS=10", "range 10".
-_REACH_ALONE = re.compile(
-    rf"(?:{RATED}|(?:amplifier |sensor |measuring )?range|messbereich)[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?", re.IGNORECASE
-)
+_REACH_ALONE = re.compile(rf"(?:{RATED}|{RANGE})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?", re.IGNORECASE)
 # At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
     r"(?:[kM]?Hz|m?V(?:\s?(?:rms|eff|pp|p-p|ac|dc))?)(?![^\W_])|"
-    r"(?:auto-?\s?)?(?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)[\s:=]{1,2}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])|"
-    r"\d+(?:[.,]\d+)?\s?[pnuµμm]?F[\s_-](?:range|messbereich|bereich|gamme|calibre|rango|portata|zakres)(?![^\W_])"
+    rf"(?:auto-?\s?)?(?:{RANGE})[\s:=]{{1,2}}\d+(?:[.,]\d+)?\s?[pnuµμm]?F(?![^\W_])|"
+    rf"\d+(?:[.,]\d+)?\s?[pnuµμm]?F[\s_-](?:{RANGE})(?![^\W_])"
 )
 _ALL_ONE = re.compile(_ONE, re.IGNORECASE)
 _OF = r"(?:@|at\s|bei\s|mit\s|à\s|a\s|à une fréquence de\s|con\s|przy\s|bij\s|vid\s|ved\s|em\s|при\s)"
@@ -129,11 +126,38 @@ _MANY = rf"(?:{_OF}\s?)?(?:{_ONE})(?:\s?(?:[,;/@&_\s]|\s(?:and|und|et|y|e|i|en|o
 _CONDITIONS = re.compile(
     rf"(?:[\s,;_-]*[(\[]\s?(?P<inside>{_MANY})\s?[)\]]|(?:[\s,;_-]+|(?=@))(?P<bare>{_MANY}))", re.IGNORECASE
 )
-# "filtered 10 Hz", "10 Hz low pass": the frequency is none that the readings are of.
+# "filtered 10 Hz", "10 Hz low pass": the frequency is none that the readings are of; "moving average 5", "median of 5": no
+# statistic of many readings that stand elsewhere.
+_WINDOW = (
+    r"(?:[\s,:=-]*(?:of|over|aus|von|über|de|sur|di|su|n\s?=)?\s?\d{1,4}(?![\w.,]*\d)"
+    r"(?:\s?(?:-?points?|pts?|samples?|readings|values|punkte|messwerten?|werten?)(?![^\W_]))?)?"
+)
 _FILTERED = re.compile(
     r"\b(?:filter(?:ed)?|low-?pass(?:ed)?|gefiltert)[\s,:@]*(?:at\s)?\d+(?:[.,]\d+)?\s*k?Hz\b|"
     r"(?<![^\W_])lp[\s_]?\d+(?:[.,]\d+)?\s?k?Hz(?![^\W_])|"
-    r"(?<![\w.,])\d+(?:[.,]\d+)?\s*k?Hz[\s-](?:low[\s-]?pass|tiefpass|filter)(?:ed|[\s-]?filter)?(?![^\W_])",
+    r"(?<![\w.,])\d+(?:[.,]\d+)?\s*k?Hz[\s-](?:low[\s-]?pass|tiefpass|filter)(?:ed|[\s-]?filter)?(?![^\W_])|"
+    r"(?<![^\W_])(?:(?:moving|running|rolling|sliding|boxcar|gleitende[rsmn]?|rollende[rsmn]?)[\s-]"
+    r"(?:median|average|avg\.?|mean|mittelwert|mittel)|"
+    r"(?:moyenne|médiane|mediana|media|média|promedio) (?:glissante|mobile|m[óo]vil|móvel)|"
+    r"(?:filtre|filtro) (?:m[ée]dian[oa]?|de (?:la )?mediana|passe[\s-]bas|de paso bajo|passa[\s-]?basso)|"
+    r"(?:median|(?:savitzky|sav)[\s-]?gol(?:ay)?|butterworth|kalman|bessel|gauss(?:ian)?|boxcar|low[\s-]?pass|tiefpass)[\s-]?"
+    rf"(?:filter(?:ed|ung)?|gefiltert)|savitzky[\s-]?golay|butterworth)(?![^\W_]){_WINDOW}|"
+    r"(?:(?<=[(\[,;)\]])|(?<=[(\[,;)\]]\s)|(?<![^\W_])(?=medi\w+ (?:of|aus|over|über|de|di) \d))m[ée]dian[eao]?"
+    r"(?:\s(?:of|aus|over|über|de|di|von)|\s?n\s?=)?\s?\d{1,3}(?:\s?(?:-?points?|pts?|samples?|readings|values|punkten?|(?:mess)?werten?))?"
+    r"(?=\s*(?:[()\[\],;]|$))",
+    re.IGNORECASE,
+)
+# Since when a clock counts, behind the unit of a time or before it; since the last of many readings it is a step.
+_SINCE_OR_FROM = r"(?:since|from|seit|ab|depuis|à partir d[eu']|desde|dal(?:l[a'])?|sinds|od|från)"
+_SINCE_WORD = re.compile(rf"(?<![^\W_])(?:{_SINCE_OR_FROM}|after|nach|après|después|dopo)(?![^\W_])", re.IGNORECASE)
+_SINCE_BEHIND = re.compile(
+    r"(?P<before>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^\W\d_]{1,12})\s*[)\]])\s*,?\s*"
+    rf"(?:{_SINCE_OR_FROM}|after|nach|après|después de|dopo)\s?(?P<what>[^()\[\]]+)",
+    re.IGNORECASE,
+)
+_SINCE_WITHIN = re.compile(
+    rf"(?P<name>[^()\[\]]*?[^\W\d_])[\s,]+{_SINCE_OR_FROM}\s(?P<what>[^()\[\]]+?)"
+    r"(?P<behind>\s*[(\[]\s*(?P<unit>[^\W\d_]{1,12})\s*[)\]])",
     re.IGNORECASE,
 )
 # Under what and with what a column was measured, which changes nothing of it: "at 23 °C", "1 mm/min", "res. 0.1 µm",
@@ -155,8 +179,7 @@ _OF_MEASURING = (
 _CONDITION = re.compile(_OF_MEASURING, re.IGNORECASE)
 # The same behind the brackets of a name, and before them.
 _CONDITION_BEHIND = re.compile(
-    rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING}|"
-    rf"(?:range|messbereich|{RATED})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?\s?[^\W\d_]{{1,3}})",
+    rf"(?P<before>.*[)\]])\s*[,;]?\s*(?P<condition>{_OF_MEASURING})",
     re.IGNORECASE,
 )
 # With which cell a force was measured: "Force measured by the 10 N load cell (N)"; and in which circuit a capacitance.
@@ -175,8 +198,11 @@ _CONDITION_WITHIN = re.compile(
     rf"(?P<before>[^()\[\]]*[^\W\d_])\s*[,;]?\s*(?={_AT}\s*\d)(?P<condition>{_OF_MEASURING})(?P<behind>\s*[(\[].*)",
     re.IGNORECASE,
 )
-# The same with its unit in brackets of its own: "Force (N) at 23 (°C)", "Cp (pF) at 1 (kHz)".
-_UNIT_APART = re.compile(rf"(?P<at>(?:{_AT})\s*{_NUMBER})\s?[(\[]\s?(?P<unit>[^()\[\]\s]{{1,8}})\s?[)\]]", re.IGNORECASE)
+# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
+_WORDS_BEHIND = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
+    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
+)
 # "N, tared", "mm; crosshead".
 _UNIT_AND_REMARK = re.compile(r"(?P<unit>[^\s,;]+)\s*[,;]\s*(?P<remark>\S[^,;]*)")
 # Minutes with seconds behind a comma, which is the decimal mark elsewhere: "(min,s)".
@@ -204,6 +230,10 @@ _LEFT = re.compile(
 )
 # Where words are joined by their capitals: "TargetForce".
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
+# From the least to the largest of several readings.
+_PEAK_TO_PEAK = re.compile(
+    r"(?<![^\W_])(?:p-p|p2p|pk-pk|pk2pk|peak[ -]to[ -]peak|spitze-spitze|crête à crête)(?![^\W_])", re.IGNORECASE
+)
 # Letters of a symbol, which is written in capitals in any header.
 _SYMBOL = 2
 # Units in capitals that a symbol and any name of a capacitance may have, too: none is in petafarads.
@@ -250,10 +280,13 @@ def tidy(cell: str) -> str:
     """
     if len(cell) > LONGEST:
         return cell
-    cell = unicodedata.normalize("NFKC", mended(cell).strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    cell = _TOLERANCE.sub("", usual_case(_FOOTNOTE.sub("", cell)))
-    cell = _UNIT_APART.sub(_with_its_unit, cell)
+    cell = mended(cell).strip()
+    cell = _SQUARED.sub(lambda m: f"^{unicodedata.normalize('NFKC', m[0])}", "".join(_around_footnote(cell)))
+    cell = unicodedata.normalize("NFKC", cell.replace("\u02da", "°")).replace("\u2212", "-").strip()
+    cell = without_tolerance(usual_case(cell))
+    cell = _with_one_remark(cell)
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
+    cell = _without_beginning(cell)
     of_tool = _OF_TOOL.fullmatch(cell)
     if of_tool is not None:
         return f"{'Force' if of_tool['what'].lower() == 'force' else 'Position'} {'xyz'[int(of_tool['axis'])]}"
@@ -262,7 +295,7 @@ def tidy(cell: str) -> str:
         return f"{in_unit['name']} ({in_unit['unit']})"
     if joined := unit_of_joined(cell):
         return f"{cell[: -len(joined)]} ({joined})"
-    for form in (_CONDITION_BEHIND, _CONDITION_WITHIN):
+    for form in (REACH_BEHIND, _CONDITION_BEHIND, REACH_WITHIN, _CONDITION_WITHIN):
         if (measured := form.fullmatch(cell)) is not None:
             behind = measured.groupdict().get("behind") or ""
             return tidy(f"{measured['before']}{behind} ({measured['condition']})")
@@ -302,11 +335,52 @@ def tidy(cell: str) -> str:
     return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
-def _with_its_unit(match: re.Match[str]) -> str:
-    """A condition of the measurement with its unit behind its number; what is none as it stands."""
-    whole = f"{match['at']} {match['unit']}"
-    alone = re.sub(r"^[^\d+-]+", "", whole)
-    return whole if _CONDITION.fullmatch(whole) or _ALL_ONE.fullmatch(alone) else match[0]
+def footnote_of(cell: str, *, of_unit: bool = False) -> str:
+    """The mark of a footnote that a header cell bears: "*", a figure or a letter; "" if it bears none.
+
+    Parameters
+    ----------
+    cell : as written.
+    of_unit : whether it is of a row of units, where a letter before the mark is no symbol, as "C*" may be one.
+
+    >>> [footnote_of(cell) for cell in ("Force (N)*", "Force (N) 1)", "Force¹ (N)", "Force² (N)", "C*", "Force (N) (1)")]
+    ['*', '1', '1', '', '', '']
+    >>> footnote_of("N *", of_unit=True), footnote_of("N 1)", of_unit=True)
+    ('*', '1')
+    """
+    if len(cell) > LONGEST:
+        return ""
+    cell = cell.strip()
+    before, behind = _around_footnote(cell)
+    if of_unit and before == cell and (match := _AT_UNIT.search(cell)) is not None:
+        before = cell[: match.start()]
+    return unicodedata.normalize("NFKC", cell[len(before) : len(cell) - len(behind)]).strip(" )")
+
+
+def _around_footnote(cell: str) -> tuple[str, str]:
+    """What stands before the mark of a footnote in a cell, and behind it; the whole and "" where it has none."""
+    form = _FIGURE if cell.count(")") > cell.count("(") else _FOOTNOTE
+    match = form.search(cell) if form is _FIGURE or not _MARKS.isdisjoint(cell) else None
+    return (cell, "") if match is None else (cell[: match.start()], cell[match.end() :])
+
+
+def _without_beginning(cell: str) -> str:
+    """A name with a unit of time without the words behind it that say since when the time counts: "since start of hold"."""
+    for form in (_SINCE_BEHIND, _SINCE_WITHIN) if _SINCE_WORD.search(cell) else ():
+        match = form.fullmatch(cell)
+        if match is not None and is_unit_of(match["unit"], "time") and not any(w in OTHER_ONE for w in words_in(match["what"])):
+            return match["before"] if form is _SINCE_BEHIND else f"{match['name']}{match['behind']}"
+    return cell
+
+
+def _with_one_remark(cell: str) -> str:
+    """A name with its unit, and words that have a bracket of their own behind it as one remark; a second unit stays one."""
+    two = cell.endswith((")", "]")) and cell.count("(") + cell.count("[") > 1
+    match = _WORDS_BEHIND.fullmatch(cell) if two else None
+    of = [q for q in RECORDED if is_unit_of(match["unit"], q)] if match is not None else []
+    if match is None or not of or any(is_unit_of(match["inside"], q) for q in of) or is_factor(match["inside"]):
+        return cell
+    return f"{match['first']} [{match['words']} {match['inside']}]"
 
 
 def _plain_symbol(match: re.Match[str]) -> str:
@@ -458,6 +532,8 @@ def is_factor(text: str) -> bool:
     >>> is_factor("1:10"), is_factor("lever 2 : 1"), is_factor("1:1"), is_factor("Dev1:2"), is_factor("Linear:Digital Position")
     (True, True, False, False, False)
     """
+    if is_reach(text.strip()):
+        return False
     return _FACTOR.fullmatch(text.strip()) is not None or _RATIO.search(text) is not None or bool(factor_words(text))
 
 
@@ -487,7 +563,7 @@ def factor_in(text: str) -> str:
         text,
         re.IGNORECASE,
     )
-    return match[0] if match and match[0].lower() not in ("x1", "×1") else ""
+    return match[0] if match and match[0].lower() not in ("x1", "×1") else factor_words(text)
 
 
 def leading_factor(text: str) -> str:
@@ -542,7 +618,7 @@ def is_wiring(text: str) -> bool:
     >>> is_wiring("x10"), is_wiring("cal. 2.5"), is_wiring("peak"), is_wiring("0.1 µm")
     (False, False, False, False)
     """
-    if any(form.fullmatch(text) is not None for form in (_WIRING, _RANGE, _CONDITION, _REACH_ALONE)):
+    if is_reach(text) or any(form.fullmatch(text) is not None for form in (_WIRING, _RANGE, _CONDITION, _REACH_ALONE)):
         return True
     parts = re.split(r"\s?[,;]\s", text)
     return len(parts) > 1 and all(map(is_wiring, parts))
@@ -584,7 +660,11 @@ def no_record(text: str) -> str:
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     >>> no_record("Kraftvorgabe"), no_record("TargetForce")
     ('"kraftvorgabe" was commanded, not measured', '"target" was commanded, not measured')
+    >>> no_record("Force p-p"), no_record("peak-to-peak")
+    ('"p-p" is a statistic, no record', '"peak-to-peak" is a statistic, no record')
     """
+    if (between := _PEAK_TO_PEAK.search(text)) is not None:
+        return f'"{between[0].lower()}" is a statistic, no record'
     for found in words_in(_CAMEL.sub(" ", text)):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:

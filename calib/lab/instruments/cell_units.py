@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SIGNS, SPACES, is_missing, is_numeric, is_over_range, not_numbers, to_numbers
@@ -42,6 +43,7 @@ _OF_BALANCE = re.compile(
 _GOOD = ("ok", "good", "valid", "stable")
 # Prefixes that stand alone behind a number, as engineers write it: "97.0p", of a capacitance and what has no unit but one.
 _OF_FARAD, _OF_ONE_UNIT = "fpnuµμ", ("capacitance", "capacitance_series", "dissipation", "quality", "frequency")
+_USUAL_MINUS = str.maketrans("\u2212\u2013", "--")
 _PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6}
 # Seconds since 1970 of the years 2010 to 2036, the units in which they are counted, and the steps of a press [s]: a counter
 # of milliseconds since the logger was switched on would go in larger ones if it were seconds.
@@ -62,6 +64,11 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     Returns
     -------
     The sheet with numbers, the units of cells and of times since 1970 as if they stood below the names, and notes.
+
+    Raises
+    ------
+    InputError
+        If a cell has no unit where nearly all others have one, or units are no powers of ten apart.
     """
     columns, units, notes = list(sheet.columns), dict(enumerate(sheet.units)), list(sheet.notes)
     for index, cells in enumerate(columns):
@@ -81,17 +88,19 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
         written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
         found = _without_units(columns[index], heading, asked or written, said=bool(asked))
+        if found is not None and (fault := _refusal(sheet, index, heading, found, said=bool(asked))) is not None:
+            raise InputError(fault)
         passed = same_word_behind(columns[index]) if found is None and asked else ""
         if passed and passed not in _PREFIXES and not is_unit_of(passed, heading.quantity):
             columns[index] = [cell.strip().removesuffix(passed).rstrip() for cell in columns[index]]
             notes.append(f'"{name}": "{passed}" behind its numbers is passed by, as their unit was said')
         if found is not None:
-            columns[index], unit, seen = found
-            units[index] = unit or units.get(index, "")
+            columns[index] = found.cells
+            units[index] = found.unit or units.get(index, "")
             if said := _says_good(sheet.columns[index]):
                 notes.append(f'"{name}": "{said}" behind its readings says that they are good, and is passed by')
-            if seen != ["none"]:
-                notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(seen)})')
+            if found.seen != ("none",):
+                notes.append(f'"{name}": each number is read in the unit that stands behind it ({", ".join(found.seen)})')
         if heading.quantity == "time" and not (asked or written or heading.unit_doubt):
             unit = _since_1970(columns[index], sheet.declared_decimal)
             if unit:
@@ -168,40 +177,114 @@ def _enough(n_cell: int) -> float:
 _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 
-def _without_units(
-    cells: Sequence[str], heading: Heading, written: str, *, said: bool
-) -> tuple[list[str], str, list[str]] | None:
-    """The cells as numbers in one unit, that unit, "" where it is the written one, and the units that stand in cells.
+@dataclass(frozen=True)
+class _Plain:
+    """Cells as numbers in one unit, that unit, "" where it is the written one, the units that stand in cells, and what was odd.
 
-    None if all are plain numbers, or one cannot be told.
+    `bare` is the first cell without a unit among few that have none, beside others that have one; `apart` are two units in
+    cells that differ by no power of ten; `against` is the unit that the header has or the user says, where all have another.
+    """
+
+    cells: Sequence[str]
+    unit: str
+    seen: tuple[str, ...]
+    bare: str = ""
+    apart: tuple[str, ...] = ()
+    against: str = ""
+
+
+def _without_units(cells: Sequence[str], heading: Heading, written: str, *, said: bool) -> _Plain | None:
+    """The cells as numbers in one unit; None if all are plain numbers, or one cannot be told.
+
+    Where most cells have a unit of the quantity, as of a meter that changes its range, so may few have another one; what else
+    few cells hold is left as it stands, to be refused by itself.
     """
     first = list(islice((c for c in cells if c.strip() and not is_missing(c) and not is_over_range(c)), _SEEN))
     if all(is_numeric(cell) or is_clock(cell) for cell in first) and not _some_with_unit(cells):
         return None
     matches: dict[str, tuple[str, str]] = {}
     written_so: Counter[str] = Counter()
+    n_cell = n_odd = 0
     for cell, count in Counter(cells).items():
         if not cell.strip() or is_missing(cell) or is_over_range(cell):
             continue
+        n_cell += count
         match = _WITH_UNIT.fullmatch(cell.strip())
         if match is None and not is_numeric(cell):
-            return None
+            n_odd += count
+            continue
         unit = "" if match is None or match["unit"].lower() in _GOOD else match["unit"]
         matches[cell] = (match["number"] if match is not None else cell, unit)
         written_so[matches[cell][1]] += count
-    if min(written_so.values()) < _enough(written_so.total()):
+    own = {word for word in written_so if word and _is_its_unit(word, heading.quantity, written_so)}
+    most = 2 * sum(written_so[word] for word in own) > n_cell
+    few = {word for word, count in written_so.items() if count < _enough(n_cell)}
+    odd = {word for word in few - own if word}
+    if (
+        not written_so
+        or (few and not most)
+        or (n_odd + sum(written_so[word] for word in odd) >= (_enough(n_cell) if most else 1))
+    ):
         return None
-    seen = sorted({unit for _, unit in matches.values()})
+    seen = sorted(written_so.keys() - odd)
+    if "" in few and not written:
+        bare = next(cell for cell, (_, unit) in matches.items() if not unit)
+        return _Plain(cells, "", (max(own, key=lambda word: written_so[word]),), bare=bare)
     powers = _powers(heading.quantity, seen, written, said=said)
     if powers is None:
-        return None
+        apart = _apart([word for word in seen if word in own], heading.quantity) if most else ()
+        against = written if most and len(seen) == 1 and seen[0] not in _PREFIXES else ""
+        return _Plain(cells, "", tuple(seen), apart=apart, against=against) if apart or against else None
     unit, power = powers
-    plain: dict[str, str] = {}
-    for cell, (number, own) in matches.items():
-        if power[own] and "e" in number.lower():
-            return None
-        plain[cell] = f"{number}e{power[own]}" if power[own] else number
-    return [plain.get(cell, cell) for cell in cells], unit, [own or "none" for own in seen]
+    plain = {cell: _times_ten(number, power[own]) for cell, (number, own) in matches.items() if own in power}
+    return _Plain([plain.get(cell, cell) for cell in cells], unit, tuple(own or "none" for own in seen))
+
+
+def _is_its_unit(word: str, quantity: str, words: Collection[str]) -> bool:
+    """Whether a word behind numbers is a unit of their quantity, or a prefix as all others are, where there is but one."""
+    prefixes = quantity in _OF_ONE_UNIT and all(not other or other in _PREFIXES for other in words)
+    return prefixes or is_unit_of(word, quantity)
+
+
+def _times_ten(number: str, power: int) -> str:
+    """A number as written, with a power of ten behind it."""
+    if not power:
+        return number
+    mantissa, _, exponent = number.lower().partition("e")
+    return f"{mantissa}e{power + int(exponent.translate(_USUAL_MINUS) or 0)}"
+
+
+def _apart(own: Sequence[str], quantity: str) -> tuple[str, ...]:
+    """Two units that differ by no power of ten; none if all do."""
+    for other in own[1:]:
+        exponent = math.log10(lab_factor(other, quantity) / lab_factor(own[0], quantity))
+        if not math.isclose(exponent, round(exponent), abs_tol=1e-9):
+            return own[0], other
+    return ()
+
+
+def _refusal(sheet: Sheet, index: int, heading: Heading, plain: _Plain, *, said: bool) -> Fault | None:
+    """The fault of cells without a unit among others that have one, or of units that contradict; None where there is none."""
+    name, quantity = sheet.names[index] or f"column {index + 1}", IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    choice: Choice | None = Choice("units", plain.seen[:1], quantity)
+    if plain.bare:
+        cell = plain.bare
+        message = "has no unit behind it, as nearly all other cells have"
+        advice = f"Write it there, or empty the cell to leave the row out; if it is in {plain.seen[0]}, say so: {choice}"
+    elif plain.apart:
+        one, other = plain.apart
+        cell = next(c for c in sheet.columns[index] if (m := _WITH_UNIT.fullmatch(c.strip())) and m["unit"] == other)
+        message, choice = f"is in {other}, and other cells are in {one}", None
+        advice = "Write all of them in one unit, or empty the cells in the other one to leave their rows out"
+    elif plain.against:
+        cell = next(c for c in sheet.columns[index] if _WITH_UNIT.fullmatch(c.strip()))
+        message = f"as all other cells is in {plain.seen[0]}, not in {plain.against} as {'asked' if said else 'its name says'}"
+        advice = f"If the cells are right, say so: {choice}; else take the unit out of the cells"
+    else:
+        return None
+    row = list(sheet.columns[index]).index(cell)
+    message = f'"{cell.strip()}" in column "{name}" {message}'
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice, choice=choice)
 
 
 def _some_with_unit(cells: Sequence[str]) -> bool:

@@ -21,7 +21,7 @@ from calib.lab.instruments.meanings import is_channel
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
-from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
+from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, in_words, other_clock
 from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
@@ -505,7 +505,9 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
         else:
             heading = sheet.plain_heading(index)
             reason = why_unread(name, sheet.unit_below(index))
-            if index == days:
+            if heading.quantity not in ("", "time", "cycle", "status") and sheet.holds_words(index):
+                reason = f"holds words, no {in_words(heading.quantity)}"
+            elif index == days:
                 reason = f'the days of "{_shown(sheet, taken["time"])}", whose times are read with them'
             elif heading.quantity in taken:
                 reason = f'"{_shown(sheet, taken[heading.quantity])}" is taken'
@@ -558,6 +560,15 @@ def _nearer_the_ball(own: str, other: str) -> bool:
     return ("other" in pressing and "own" not in pressing) or moving == {"own"}
 
 
+def _with_unit(sheet: Sheet, quantity: str, indices: Sequence[int]) -> str:
+    """What has to be said of the unit beside a column that is named, where its name leaves that in doubt all the same."""
+    doubts = {i: heading_as(quantity, sheet.names[i], sheet.unit_below(i)) for i in indices}
+    unit = next((h.unit or sheet.unit_below(i) for i, h in doubts.items() if h.unit_doubt), "")
+    return (
+        f" and --units {quantity}=... ({unit} if the readings are right so, 10 {unit} if they count 10 {unit})" if unit else ""
+    )
+
+
 # A share of a capacitance or a resistance, which no height makes a length: "ΔC/C0 (%)", "dR/R0", "Capacitance change (%)".
 _OF_A_METER = re.compile(r"[CR]\w*\s*/\s*[CR]|[Δ∆δd]\s?[CR](?![^\W\d_])|\b(?:[Cc]apa|[Kk]apa|[Rr]esist|[Ww]iderst)")
 
@@ -571,7 +582,7 @@ def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     of_its_name = [i for i, name in enumerate(sheet.names) if i in choice.unread and name and is_unit_of(name, quantity)]
     own = tuple(sheet.name_for_asking(i) for i in moving or fitting or of_its_name)
     if own:
-        return f"say which column it is: {Choice('columns', own, quantity)}"
+        return f"say which column it is: {Choice('columns', own, quantity)}{_with_unit(sheet, quantity, moving or fitting)}"
     strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]
     of_length = [i for i in strains if not _OF_A_METER.search(sheet.names[i])]
     shares = tuple(sheet.name_for_asking(i) for i in of_length if sheet.unit_written(i) == "%")

@@ -26,6 +26,8 @@ from calib.lab.instruments.disowned import disowned_in
 from calib.lab.instruments.even_steps import even_steps
 from calib.lab.instruments.exchanged import exchanged, exchanged_rows
 from calib.lab.instruments.family import InstrumentFamily
+from calib.lab.instruments.footnotes import footnotes
+from calib.lab.instruments.footnotes import in_words as of_footnote
 from calib.lab.instruments.keys import keys_in_turn, remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.level_told import level_told
@@ -73,7 +75,7 @@ from calib.lab.instruments.unit_choice import (
 )
 from calib.lab.instruments.upside_down import upside_down
 from calib.lab.instruments.validity import compares, said_bad
-from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words
+from calib.lab.instruments.vocabulary import is_of_experiment, unit_of_normal_force, words, words_passed_by
 from calib.lab.instruments.where import only_rows, rows_asked
 from calib.lab.stretches import stretches
 from models.sensor import BoolArray, FloatArray
@@ -149,6 +151,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []
     without_unit: set[str] = set()
+    noted = footnotes(sheet, ((n, sheet.text.lines[n - 1]) for n in sheet.lines_around if 0 < n <= len(sheet.text.lines)))
     for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
@@ -188,6 +191,10 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         symbol = unit_of_normal_force(sheet.names[index], sheet.unit_below(index))
         if symbol not in ("", "N") and fault is None and quantity not in reading.units:
             notes.append(f'"{sheet.names[index]}": the index is that of a normal force, the unit is {symbol}')
+        notes += [of_footnote(sheet.names[index], noted[index])] if index in noted else []
+        passed = words_passed_by(sheet.names[index]) if index not in sheet.assigned else ""
+        if passed and not any(f'"{sheet.names[index]}"' in note for note in choice.notes):
+            notes.append(f'"{sheet.names[index]}": "{passed}" behind its unit is passed by, and not understood')
         unit = heading.unit or sheet.unit_below(index)
         if (unit.startswith("1/1") or re.search(r"[·\u22c5] ?10", unit)) and fault is None:
             notes.append(f'"{sheet.names[index]}" is read as numbers of {unit}')

@@ -15,6 +15,7 @@ from calib.lab.instruments.circuit import OF_METER, said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
 from calib.lab.instruments.dressed import plain_names
+from calib.lab.instruments.footnotes import Footnote, footnotes
 from calib.lab.instruments.forms import of_one_form
 from calib.lab.instruments.header import (
     DELIMITERS,
@@ -160,12 +161,14 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if (torn := torn_decimals(whole) or torn_thousands(whole)) is not None:
         raise InputError(torn)
     whole = with_scalings(whole, names_at, below.start)
+    around = tuple(_beside(whole, names_at))
+    noted = footnotes(whole, around)
     return replace(
         whole,
         notes=(*above, *decided.values(), *whole.notes),
         unread=(*unread, *below.unread, *whole.unread),
-        declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
-        beside=tuple(_beside(whole, names_at)),
+        declared_factors={**_factors_beside(text, header, int(whole.lines[-1])), **_factors_noted(whole, noted)},
+        beside=(*around, *((f.line, f'{f.text} (on "{whole.names[i]}")') for i, f in noted.items() if f.line)),
     )
 
 
@@ -265,6 +268,17 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
         if q or not of_one  # what is of one column is of the quantity that it names, if of another than its own
     }
     return {**named, **below, **stated_factors(_of_no_column(text, text.lines[:header])[first:], first + 1)}
+
+
+def _factors_noted(sheet: Sheet, noted: Mapping[int, Footnote]) -> Mapping[str, tuple[str, int]]:
+    """The factors that footnotes state of the readings of their columns."""
+    of = {i: IN_PLACE_OF.get(heading.quantity, heading.quantity) for i, heading in sheet.headings.items()}
+    told = {of[i]: f for i, f in noted.items() if i in of and f.line}
+    return {
+        quantity: (f.text[:60], f.line)
+        for quantity, f in told.items()
+        if any(stated_factors([words]) for words in (f.text, f"{quantity}: {f.text}", f"{quantity} {f.text}"))
+    }
 
 
 # A name with its unit in brackets.

@@ -3,13 +3,36 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 
-# Numbers, in figures and in words.
-_WORDS = (
-    r"two|three|four|five|ten|hundred|thousand|zwei|drei|vier|fünf|zehn|hundert|tausend|deux|trois|cinq|dix|cent|mille|dos|tres|cinco|"
-    r"diez|cien|mil|due|tre|cinque|dieci|cento|dois|três|dez|cem|twee|drie|vijf|tien|honderd|duizend|dwa|pięć|dziesięć|sto|tysiąc"
+#: Numbers in words -> in figures, in the languages of lab files.
+FIGURES: Mapping[str, str] = MappingProxyType(
+    {
+        word: figure
+        for figure, words in {
+            "2": "two zwei deux dos due dois twee dwa",
+            "3": "three drei trois tres tre três drie",
+            "4": "four vier quatre cuatro quattro quatro",
+            "5": "five fünf cinq cinco cinque vijf pięć",
+            "10": "ten zehn dix diez dieci dez tien dziesięć",
+            "100": "hundred hundert cent cien ciento cento cem honderd sto",
+            "1000": "thousand tausend mille mil duizend tysiąc",
+        }.items()
+        for word in words.split()
+    }
 )
-_NUMBER = rf"(?:\d+(?:[.,]\d+)?(?:\s?/\s?\d+)?(?:\s?(?:\^|\*\*)\s?-?\d+|e[+-]?\d+)?|(?:{_WORDS})(?![^\W_]))"
+#: Words that alone say that something was multiplied or divided, and those that say it of a part or a multiple, for patterns.
+MULTIPLIED = (
+    r"(?:two|three|four|five|ten|hundred|thousand)fold|doubled|halved|tripled|quadrupled|"
+    r"(?:zwei|drei|vier|fünf|zehn|hundert|tausend)fach\w*|verdoppelt\w*|verdreifacht\w*|verzehnfacht\w*|halbiert\w*|"
+    r"doublée?s?|duplicad[oa]s?|doblad[oa]s?|raddoppiat[oaie]|dimezzat[oaie]|dobrad[oa]s?|verdubbeld|gehalveerd\w*"
+)
+MULTIPLES = (
+    r"double|halve|half|twice|triple|hälfte|halbe?[rsn]?|doppelte?[rsn]?|moitié|demi|doble|mitad|doppi[oa]|metà|dobro|metade|"
+    r"dubbele?|helft|podwój\w*|połow\w*|(?:one|a) (?:half|third|quarter|tenth|hundredth|thousandth)"
+)
+_NUMBER = rf"(?:\d+(?:[.,]\d+)?(?:\s?/\s?\d+)?(?:\s?(?:\^|\*\*)\s?-?\d+|e[+-]?\d+)?|(?:{'|'.join(FIGURES)})(?![^\W_]))"
 # What stands before a number by which something is multiplied or divided, and behind it.
 _VERBS = (
     r"div(?:id\w*|is\w*)?\.?|mult(?:ipl\w*)?\.?|molt(?:ipl\w*)?\.?|scal(?:e|ed|es|ing)|times|geteilt|teilen|dividier\w*|multiplizier\w*|skalier\w*|mal|"
@@ -29,10 +52,7 @@ _SAID = re.compile(
 )
 # Words that say it alone, and those of which nothing but that is said with a number in brackets.
 _ALONE = re.compile(
-    r"(?<![^\W_])(?:(?:two|three|four|five|ten|hundred|thousand)fold|doubled?|halved?|half|twice|tripled?|quadrupled|"
-    r"(?:zwei|drei|vier|fünf|zehn|hundert|tausend)fach\w*|verdoppelt|verdreifacht|halbiert\w*|halbe[rsn]?|doppelte?[rsn]?|"
-    r"doubl[eé]e?s?|moitié|demi|doblada?|doble|mitad|doppi[oa]|metà|dobro|metade|dubbele?|verdubbeld|gehalveerd\w*|helft|podwój\w*|"
-    r"połow\w*|(?:one|a) (?:tenth|hundredth|thousandth)|in (?:tens|hundreds|thousands))(?![^\W_])"
+    rf"(?<![^\W_])(?:{MULTIPLIED}|{MULTIPLES}|in (?:tens|hundreds|thousands))(?![^\W_])"
     r"(?![\s-](?:bridge|brücke|pont|puente|ponte|column|cell|beam|ended|sided))",
     re.IGNORECASE,
 )
@@ -45,7 +65,7 @@ _FREE = re.compile(
 )
 _COUNTING = re.compile(
     r"(?<![^\W_])(?:run|test|try|rev(?:ision)?|ver(?:sion)?|unit|part|set|step|no|nr|number|probe|versuch|lauf|messung|essai|prueba|prova|"
-    r"sample|specimen|sensor|pad|board|port|pin|slot|axis|node|id|order|lot|batch|cycle|day|week|type|model|typ|modell)"
+    r"sample|specimen|sensor|channel|chan|ch|kanal|canal|cell|zelle|pad|board|port|pin|slot|axis|node|id|order|lot|batch|cycle|day|week|type|model|typ|modell)"
     r"s?[.:# ]{0,2}\d|"
     r"\d\s?(?:samples?|points?|readings?|values?|pts|punkte|werte|messwerte|bits?|digits?|st|nd|rd|th)(?![^\W_])",
     re.IGNORECASE,

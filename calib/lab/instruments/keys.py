@@ -43,6 +43,8 @@ _STEPS, _SHARE = 4.0, 0.03
 _FEWEST_TURNS = 10
 # A list is run through again where so many rows are those of a period before; its readings are apart where so many are beside.
 _AGAIN, _BESIDE = 0.9, 0.6
+# A column that changes in such a share of the rows names none of the phases of a record.
+_IN_TURN = 0.4
 # Words of what happens that number records, too: "run 2".
 _OF_RECORDS = frozenset(("run", "test"))
 # A press begins and ends below the first share of the largest of all, and goes beyond the second; it has so many readings.
@@ -73,7 +75,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
             faults.append(_fault(sheet, index, f'column "{sheet.names[index]}" names several frequencies'))
     for index in range(len(sheet.names)):
         # A column of a quantity that is read is another measurement of it.
-        if index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity in used:
+        another = sheet.plain_heading(index).quantity in used and not sheet.holds_words(index)
+        if index in used.values() or index in sheet.set_aside or another:
             continue
         if is_spread(sheet.names[index]):
             continue
@@ -95,7 +98,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         if codes is None:
             continue
         counting = _counts_within(sheet.columns[index], values)
-        phases = _is_of_phases(sheet, index)
+        phases = _is_of_phases(sheet, index) and np.mean(codes[1:] != codes[:-1]) < _IN_TURN
         named &= bool(sheet.columns[index][1])  # a name in first rows alone may be a remark on them
         parts = named or _parts(codes, values, phases=phases, counting=counting)
         if not parts and (phases or not _names_presses(sheet, index, codes, values)):
@@ -118,7 +121,8 @@ def keys_in_turn(sheet: Sheet, used: Mapping[str, int]) -> list[str]:
     sheet = sheet.trusted()
     notes = []
     for index, column in enumerate(sheet.columns):
-        known = index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity
+        another = sheet.plain_heading(index).quantity and not sheet.holds_words(index)
+        known = index in used.values() or index in sheet.set_aside or another
         if known or is_unit_of(sheet.unit_written(index) or "?", "time") or _list_codes(column) is None:
             continue
         cells = [c.strip() for c in column]

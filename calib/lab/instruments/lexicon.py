@@ -190,7 +190,9 @@ PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
     "tariert corrigé filtré subtracted removed net netto corr korr comp corrigée filtrée compensé compensée korrigierte "
     "kompensiert kompensierte gefilterte geglättete corregido corregida corrigido corrigida compensado compensada corretto "
-    "corretta compensato compensata filtrado filtrada filtrato filtrata gecorrigeerd gecompenseerd skorygowana skorygowany"
+    "corretta compensato compensata filtrado filtrada filtrato filtrata gecorrigeerd gecompenseerd skorygowana skorygowany "
+    "driftkorrigiert driftbereinigt offsetkorrigiert nullpunktkorrigiert basislinienkorrigiert tiefpassgefiltert "
+    "mediangefiltert temperaturkompensiert lissé lissée suavizado suavizada"
 )
 #: Words of these by which readings have another level or scale, not another zero or less noise alone.
 CORRECTED = _set(
@@ -202,7 +204,7 @@ CORRECTED = _set(
 DERIVED = _set(
     "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled "
     "predicted simulated theory theoretical error residual delta change diff difference offset baseline bias stray "
-    "parasitic open short berechnet"
+    "parasitic open short berechnet drift dérive deriva"
 )
 #: Words beside a name that is not understood that say that its readings are more, less or others than were measured.
 ALTERED = _set(
@@ -258,7 +260,7 @@ BOUNDS = _set("limit limits threshold")
 #: Words of the largest of several readings, which a peak of a record may bear, too.
 _PEAKS = _set(
     "fmax fmin cmax cmin pk pico picco pic crête crete piek spitzenkraft spitzenlast spitzenweg höchstkraft höchstlast "
-    "maximalkraft maximallast bruchkraft bruchlast break rupture ultimate "
+    "maximalkraft maximallast bruchkraft bruchlast break rupture ultimate amplitude amplituden amplitud ampiezza amplituda "
     "máx máxima máximo massima maxima maxim 峰值 ピーク 피크"
 )
 _NUMBERS_DRAWN = _set(

@@ -33,7 +33,8 @@ _STEMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "force": (
                 "lateral latéral lateraal shear friction side sideway transvers tangential horizontal radial clamp hold grip",
                 "pinch preload pretension prestress spring inertia buoyan cable wire lead noise drift slip adhes torque",
-                "uncertaint resolution",
+                "uncertaint resolution excitation",
+                "erregung anregung speisung excitación eccitazione",
                 "querkr querric querlast reib scher seitenkr seitlich halte klemm spann vorspann vorlast vorkraft federkr",
                 "rausch cisaill frott tangent serrage maintien précharg precharg précontr ressort bruit",
                 "corte cizall fricc rozam sujec apriet precarga resorte muelle ruido",

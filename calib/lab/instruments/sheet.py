@@ -25,10 +25,10 @@ from calib.lab.instruments.contrary import names_quantity
 from calib.lab.instruments.designated import designated
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.meanings import PLAIN
-from calib.lab.instruments.numbers import to_numbers
+from calib.lab.instruments.numbers import is_missing, is_over_range, to_numbers
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.together import understood_together
-from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
+from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, looks_like_unit
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
 
 # What is more than the capacitance of any sample [F], a force by its letter alone, and cells that are looked at.
@@ -61,6 +61,10 @@ class Scaling:
         """What it does, in words."""
         what = {"factor": "states a factor", "offset": "states an offset"}.get(self.kind, "may state a factor")
         return f"{self.words} in line {self.line} {what}" + ("" if math.isnan(self.value) else f" of {self.value:g}")
+
+
+# Quantities of which no reading is a word.
+_OF_NUMBERS = tuple(q for q in SI_UNIT if q not in ("time", "cycle", "status"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,13 +200,22 @@ class Sheet:
                 found[index] = heading_as(self.assigned[index], name, self.unit_below(index))
             elif name and index not in self.set_aside:
                 understood = understand(name, self.unit_below(index))
-                if understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given:
+                free = understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given
+                if understood is not None and free and not (understood.quantity in _OF_NUMBERS and self.holds_words(index)):
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
         together = together | {i: heading for i, (heading, _) in self.designated().items()} | self.alone_in_unit()
         together = together | {i: heading for i, (heading, _) in self.by_function().items()}
         more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
         return found | more
+
+    def holds_words(self, column: int) -> bool:
+        """Whether all cells of a column that hold something are words without a digit: "left", "right"."""
+        cells = self.columns[column] if column < len(self.columns) else ()
+        if any(map(str.isdigit, next((c for c in cells if c.strip()), "0"))):
+            return False
+        said = [c for c in {*map(str.strip, cells)} if c and not (is_missing(c) or is_over_range(c))]
+        return any(any(map(str.isalpha, c)) for c in said) and not any(any(map(str.isdigit, c)) for c in said)
 
     def designated(self) -> dict[int, tuple[Heading, str]]:
         """The columns that are named by an instrument beside the quantity: cell index -> heading, and the words of it."""

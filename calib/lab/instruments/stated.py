@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import no_record, words_in
 from calib.lab.instruments.contrary import names_quantity
+from calib.lab.instruments.factor_words import FIGURES, MULTIPLES, MULTIPLIED
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
@@ -89,42 +90,56 @@ _OTHERWISE = (
     ),
 )
 _PRODUCTS = _OTHERWISE[-3:]
+# A sign of multiplication that is a word of the clock, too.
+_TIMES_BEFORE = re.compile(r"\btimes\s+(?=\d)", re.IGNORECASE)
+# A gauge that shows what a formula makes a reading of; its factor is that of a strain.
+_GAUGE = re.compile(r"gau?ges?(?![\s_-]*(?:factor|fac\b|k\b))", re.IGNORECASE)
 _COUNTED = re.compile(
     r"(?<![^\W_])(?:repeat\w*|repetition\w*|cycles?|runs?|press(?:es)?|measured|tested|tests?|averag\w*|wiederhol\w*|zyklen|gemessen|"
     r"lens|objecti[vf]\w*|zoom|optic\w*|répét\w*|essais?|repeti\w*|ensayos?|ripeti\w*|prove)(?![^\W_])",
     re.IGNORECASE,
 )
 # Numbers in words, behind or before the words of a factor.
-_FIGURES = {
-    word: figure
-    for figure, words_of in {
-        "2": "two zwei deux dos due dois twee",
-        "3": "three drei trois tres tre três drie",
-        "4": "four vier quatre cuatro quattro quatro",
-        "5": "five fünf cinq cinco cinque vijf",
-        "10": "ten zehn dix diez dieci dez tien",
-        "100": "hundred hundert cent cien cento cem honderd",
-        "1000": "thousand tausend mille mil duizend",
-    }.items()
-    for word in words_of.split()
-}
 _NUMBER_WORD = re.compile(
     r"(?P<link>(?<![^\W_])(?:by|durch|mit|par|por|per|um|times|mal|factor|faktor|facteur|"
     r"factor of|factor de|faktor von|facteur de|"
-    rf"fattore)\s+(?:an?\s+)?)?(?P<word>(?<![^\W_])(?:{'|'.join(_FIGURES)}))(?![^\W_])(?P<times>\s+(?:times|mal|fois|veces|volte)\b)?",
+    rf"fattore)\s+(?:an?\s+)?)?(?P<word>(?<![^\W_])(?:{'|'.join(FIGURES)}))(?![^\W_])(?P<times>\s+(?:times|mal|fois|veces|volte)\b)?",
     re.IGNORECASE,
 )
 # "Values of force are doubled", "Kraft halbiert", "force shows half of the load": not of what happened in a test.
 _DOUBLED = re.compile(
-    r"(?<![^\W_])(?:doubled|halved|tripled|quadrupled|(?:ten|hundred|thousand)fold|verdoppelt\w*|halbiert\w*|verdreifacht\w*|"
-    r"verzehnfacht\w*|(?:zwei|drei|zehn|hundert|tausend)fach\w*|doublée?s|doublée?|duplicad[oa]s?|doblad[oa]s?|raddoppiat[oaie]|"
-    r"dimezzat[oaie]|dobrad[oa]s?|verdubbeld|gehalveerd|réduite?s? de moitié|reducid[oa]s? a la mitad|"
+    rf"(?<![^\W_])(?:{MULTIPLIED}|réduite?s? de moitié|reducid[oa]s? a la mitad|"
     r"(?:reads?|shows?|is|are|was|were|only|zeigt|ist|sind|nur|est|sont|es|son|è|sono)(?: only| nur)? "
-    r"(?:half|double|twice|a (?:tenth|half|third|quarter)|one (?:tenth|half)|(?:die )?hälfte|(?:das )?doppelte?|halb|doppelt|"
-    r"(?:la )?moitié|(?:le )?double|(?:la )?mitad|(?:el )?doble|(?:la )?metà|(?:il )?doppio)|"
-    r"(?:half|twice) as (?:large|high|much|big|small|low))"
+    r"(?:(?:die|das|l[ae]|el|il) )?"
+    rf"(?:{MULTIPLES})|(?:half|twice) as (?:large|high|much|big|small|low))"
     r"(?=\s*(?:$|[.,;!)]|(?:by|in|due|because|of|the|its|what|here|throughout|as|par|por|per|durch|aus|im|versehentlich|irrtümlich|"
     r"de|du|d[ei]l(?:la)?|der|des|dans|en|el|la|il|le|than)(?![^\W_])))",
+    re.IGNORECASE,
+)
+# "half of the cell's reading", "die Hälfte der Anzeige": a part of what an instrument shows, or a multiple.
+_OF_READING = re.compile(
+    rf"(?<![^\W_])(?:{MULTIPLES})\s+(?:(?:of|the|what|der|des|von|de|du|del|della|dell['’])(?![^\W_])\s*|l['’]|la\s)+[^\d.;,]{{0,40}}?"
+    r"(?<![^\W_])(?:readings?|values?|signals?|outputs?|counts?|anzeige|messwert\w*|wert(?:e|s|es)?|lecture|valeurs?|lectura|valor(?:es)?|"
+    r"lettura|valor[ei])(?![^\W_])",
+    re.IGNORECASE,
+)
+# "subtract 0.35 N from force", "0,35 N abziehen", "add 0.2 mm to the displacement": what is left to be done; what was, is not.
+_AMOUNT = r"(?P<number>\d+(?:[.,]\d+)?)\s?(?P<unit>[^\W\d_]{1,3})"
+_OFFSET = re.compile(
+    r"(?<![^\W_])(?:subtract|deduct|add|soustraire|retrancher|ajouter|restar|sumar|sottrarre|aggiungere|subtrair|somar|aftrekken)"
+    rf"\s+{_AMOUNT}(?![^\W_])|"
+    r"(?P<before>(?<![\w.,])\d+(?:[.,]\d+)?)\s?(?P<of>[^\W\d_]{1,3})\s+(?:(?:from|von|de|to|zu)\s+[^\d.;]{1,30}?\s)?"
+    r"(?:abziehen|abzuziehen|addieren|zu addieren|(?:(?:to|must|should|needs to) be|à|da|a) "
+    r"(?:subtracted|deducted|added|soustraire|retrancher|ajouter|sottrarre|aggiungere|restar))(?![^\W_])",
+    re.IGNORECASE,
+)
+# "Time in samples", "force column is in raw counts": counts of something, in no unit.
+_IN_COUNTS = re.compile(
+    r"(?:the |die |der |le |la )?(?P<what>[^\d:;,=]{1,30}?)\s+(?:columns?\s+|values?\s+|readings?\s+|spalte\s+|werte\s+)?"
+    r"(?:(?:is|are|given|recorded|logged|stored|ist|sind|est|sont|es|son|è|sono)\s+)*(?:in|en|em)\s+(?:raw\s+)?(?:adc\s+)?"
+    r"(?:samples?|counts?|ticks?|frames?|scans|digits?|lsbs?|adc units|abtastwerten|abtastungen|échantillons|muestras|campioni|"
+    r"amostras)"
+    r"(?:\s*[,;(].*|[.!\s]*)",
     re.IGNORECASE,
 )
 _OF_TESTS = re.compile(
@@ -135,11 +150,15 @@ _OF_TESTS = re.compile(
 )
 # "Attenuator 10:1 on load", "Spannungsteiler Kraft 1:2".
 _RATIO = re.compile(
-    r"(?<![^\W\d_])(?:attenuat\w*|(?:voltage[ -])?divider|gears?|gearbox|pulley|amplif\w*|(?:spannungs)?teiler|"
+    r"(?<![^\W\d_])(?:scaling|skalierung|"
+    r"attenuat\w*|(?:voltage[ -])?divider|gears?|gearbox|pulley|amplif\w*|(?:spannungs)?teiler|"
     r"abschwächer|dämpfungsglied|"
     r"getriebe|untersetzung|übersetzung|atténuateur|diviseur|réducteur|démultiplication|atenuador|divisor|reductor[a]?|engranaje|"
     r"attenuatore|partitore|riduttore|verstärk\w*)(?![^\W\d_])[^\d]{0,30}?(?P<one>\d+(?:[.,]\d+)?)\s?[:/]\s?(?P<other>\d+(?:[.,]\d+)?)(?![\d.:/])",
     re.IGNORECASE,
+)
+_OF_COUNTS = re.compile(
+    r"(?<![^\W_])(?:applied|increas\w*|number|taken|measured|was|were|interval|resol\w*|aufgebracht)(?![^\W_])", re.I
 )
 # "time in 1/10 s", "Zeit in Zehntelsekunden", "force in hundredths of N": parts of a unit.
 _PART_OF_UNIT = re.compile(
@@ -212,8 +231,8 @@ _LONGEST = 120
 _CLAUSE = re.compile(r"[,;.](?!\d)")
 # What a line without a figure has that states a factor in words.
 _IN_WORDS = re.compile(
-    rf"doub|halb|hal[fv]|twice|dopp|fach|fold|moiti|dobl|dupli|dobr|raddop|dimezz|met[aà]|mitad|trip|quadrup|tenth|hundred|thousand|zehnt|"
-    rf"hundert|tausend|ième|d[eé]cim|(?:cent|mill?)[eé]sim|(?<![^\W_])(?:{'|'.join(_FIGURES)})(?![^\W_])",
+    rf"(?<![^\W_])(?:{MULTIPLIED}|{MULTIPLES}|{'|'.join(FIGURES)})(?![^\W_])|double|doub|half|halb|fach|fold|moiti|dupli|trip|"
+    r"tenth|hundred|thousand|zehnt|hundert|tausend|ième|d[eé]cim|(?:cent|mill?)[eé]sim",
     re.IGNORECASE,
 )
 
@@ -301,17 +320,24 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
     """
     found: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines, first):
-        told = any(c.isdigit() for c in line) or _NORMALISED.match(line) or _IN_WORDS.search(line)
-        if len(line) <= _LONGEST and told:
+        if len(line) > _LONGEST:
+            continue
+        told = any(c.isdigit() for c in line) or _NORMALISED.match(line) or _IN_WORDS.search(line) or _IN_COUNTS.search(line)
+        if told:
             for quantity in _factors_of(line.strip(" \t,;#%\"'")):
                 found.setdefault(quantity, (line.strip()[:60], number))
     return MappingProxyType(found)
 
 
+def what_is_stated(line: str) -> str:
+    """What a line states of which `stated_factors` finds that it states something: "an offset", "counts" or "a factor"."""
+    return "an offset" if _OFFSET.search(line) else "counts" if _IN_COUNTS.search(line) else "a factor"
+
+
 def _factors_of(line: str) -> tuple[str, ...]:
     """Of which quantities a line states a factor, "" for any; none if it states none."""
     line = _NUMBER_WORD.sub(
-        lambda m: m[0].replace(m["word"], _FIGURES[m["word"].lower()]) if m["link"] or m["times"] else m[0], line
+        lambda m: m[0].replace(m["word"], FIGURES[m["word"].lower()]) if m["link"] or m["times"] else m[0], line
     )
     told = _BY.search(line)
     if told is not None and not _is_one(told["number"]) and not _of_others(line[: told.start("number")]):
@@ -348,10 +374,18 @@ def _factors_of(line: str) -> tuple[str, ...]:
         return _named_in_clause(line, ratio)
     if (doubled := _DOUBLED.search(line)) is not None and not _of_others(line) and not _OF_TESTS.search(line):
         return _named_in_clause(line, doubled)
+    if (part_of := _OF_READING.search(line)) is not None and not _OF_TESTS.search(line):
+        return _named_in_clause(line, part_of) or ("",)
+    offset, counted = _OFFSET.search(line), _IN_COUNTS.fullmatch(line)
+    if offset is not None and not _OF_TESTS.search(line) and (of_offset := _named_in_clause(line, offset)):
+        return tuple(q for q in of_offset if is_unit_of(offset["unit"] or offset["of"], q))
+    if counted is not None and (of := quantity_of(counted["what"])) is not None and not _OF_COUNTS.search(counted["what"]):
+        return (of,)
     for pattern in _OTHERWISE:
         match = pattern.match(line)
-        if match is not None and not _is_one(match["number"]) and not OF_OTHERS.search(line):
-            quantity = quantity_of(match["what"]) or quantity_of(line)
+        others = OF_OTHERS.search(_GAUGE.sub("", line) if pattern in _PRODUCTS else line)
+        if match is not None and not _is_one(match["number"]) and others is None:
+            quantity = quantity_of(match["what"]) or quantity_of(_TIMES_BEFORE.sub(" ", line))
             if pattern is _PRODUCTS[-1] and _COUNTED.search(line):
                 continue
             if quantity is not None or pattern not in _PRODUCTS:

@@ -63,6 +63,8 @@ _SAMPLED = re.compile(
     r"sampl|acqui|abtast|messrate|erfass|\bdata\b|\blog|scan rate|record|échantillon|muestreo|campion|amostr|采样|サンプ", re.I
 )
 _RATE = re.compile(r"rate|freq|\bfs\b|takt", re.I)
+# A rate of nothing else, in hertz, is that of the readings.
+_RATE_ALONE = re.compile(r"(?:the )?(?:daq |reading |readout |update |meter )?rate|taux|tasa|taxa|frequenza di lettura", re.I)
 _INTERVAL = re.compile(r"interval|period|\bstep|schritt|time|zeit|takt|pas\b", re.I)
 _MOST = re.compile(
     r"(?<![^\W_])(?:max(?:\.|im\w*)?|peak|höchst\w*|spitzen\w*|f[ _-]?max|massim\w*|máxim\w*|pico|"
@@ -307,7 +309,8 @@ def _as_shown(unit: str, size: float) -> tuple[str, float]:
 def _kind_of(name: str, unit: str, line: str) -> tuple[str, str, float] | None:
     """What a name and a unit tell in a line, with the unit as it is shown and its size in SI."""
     often, moving = _OFTEN.fullmatch(unit), _BY_TIME.fullmatch(unit)
-    if often is not None and (_SAMPLED.search(name) or (_RATE.search(name) and unit.startswith(("/", "S/")))):
+    rate = _RATE_ALONE.fullmatch(name.strip()) or (_RATE.search(name) and unit.startswith(("/", "S/")))
+    if often is not None and (_SAMPLED.search(name) or rate):
         return "interval", "Hz", {"": 1.0, "k": 1e3, "M": 1e6}[often["thousand"]]
     if moving is not None and _SPEED.search(name):
         if is_unit_of(moving["length"], "displacement") and is_unit_of(moving["time"], "time"):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
+from calib.lab.instruments.brackets import factor_in, footnote_of, is_factor, is_letter, is_wiring, no_record
 from calib.lab.instruments.instrument_words import instrument_words
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.units import RECORDED, is_unit_of, looks_like_unit
@@ -44,7 +44,9 @@ _NUMBER_AND_WORD = re.compile(
 # Units that are words of a language, too.
 _WORDS = ("s", "m", "in", "d", "h", "min", "-")
 _NUMBERED = re.compile(
-    r"\b(?:ch|chan|channel|kanal|sensor|cell|no|nr|axis|run|test|trial|specimen|sample|probe|versuch|essai)[ ._#]*\d{1,3}\b",
+    r"\b(?:ch|chan|channel|kanal|sensor|load ?cell|cell|no|nr|axis|run|test|trial|specimen|sample|probe|versuch|essai|"
+    r"zelle|dose|(?:kraft)?messdose|aufnehmer|cellule|capteur|canal|voie|celda|célula|cella|canale|sensore|kanaal|cel|kanał|czujnik|transducer|"
+    r"achse|axe|eje|asse)[ ._#]*\d{1,3}\b",
     re.IGNORECASE,
 )
 
@@ -79,6 +81,8 @@ def unit_cell(cell: str) -> UnitCell | None:
         return UnitCell("")
     if len(cell) > _LONGEST:
         return None
+    if "(" not in cell and (mark := footnote_of(cell, of_unit=True)) and cell.endswith(f" {mark})"):
+        cell = cell[: -len(mark) - 2]
     match = _BRACKETS.fullmatch(cell)
     if match and (looks_like_unit(match["unit"]) or not _WITHIN.fullmatch(match["unit"])):
         return UnitCell(match["unit"])

@@ -14,6 +14,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric, parse_number
 from calib.lab.instruments.rivals import readings
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.stated import what_is_stated
 from calib.lab.instruments.units import (
     IN_PLACE_OF,
     as_force,
@@ -24,7 +25,7 @@ from calib.lab.instruments.units import (
     may_be_meant,
     usual_units,
 )
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, unit_of_normal_force
 
 # Units in which labs have a quantity, the likeliest first: what a column without one may be in.
 _USUAL = {
@@ -43,6 +44,23 @@ _SEEN = 50
 _TO_THE_MINUTE = re.compile(
     r"(?:\d{1,2}[-./]\d{1,2}[-./](?:\d{2}|\d{4})|\d{4}[-./]\d{1,2}[-./]\d{1,2})[ T]\d{1,2}:\d{2}(?:\s?[ap]m)?", re.IGNORECASE
 )
+
+
+# What a line states of readings -> what these may be, and how it is settled.
+_STATED = {
+    "a factor": (
+        "may have been multiplied by it, or have to be",
+        "Say the unit with the factor that makes it right, or the unit alone if they are right",
+    ),
+    "an offset": (
+        "may hold it already, or not yet",
+        "Write them as they have to be, or say the unit if they are right as they stand",
+    ),
+    "counts": (
+        "may be these, in no unit",
+        "Say the unit with what one of them is worth, or the unit alone if they are in it",
+    ),
+}
 
 
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
@@ -64,7 +82,8 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     """
     quantity = heading.quantity
     name, below = sheet.names[index], sheet.unit_below(index)
-    inside = heading.unit or ""
+    of_index = unit_in_index(sheet, index)
+    inside = heading.unit or of_index
     declared, declared_line = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))
     line = sheet.units_line if below and sheet.units_line is not None else sheet.named_at
     asked = _asked_unit(quantity, reading)
@@ -81,15 +100,28 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             return None, asked_factor(asked, quantity)
         except ValueError as error:
             return fault(f"the unit asked for: {error}", f"Say {listed}")
+    if of_index and not below:
+        others = f"two units, as other names end in theirs: {of_index} and {inside}"
+        either = Choice("units", (inside, of_index), shown)
+        return fault(f'column "{name}" may have {others}', f"Say which is right: {either}", either)
     if heading.unit_doubt:
         how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
         return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: {listed}")
     factor = _factor_beside(sheet, quantity)
     if factor is not None and not after_raw_counts(sheet, index, heading):
-        words, line = " ".join(factor[0].split()), factor[1]
+        words, line, what = " ".join(factor[0].split()), factor[1], what_is_stated(factor[0])
+        may, way = {
+            "a factor": (
+                "may have been multiplied by it, or have to be",
+                "with the factor that makes it right, or the unit alone",
+            ),
+            "an offset": ("may hold it already, or not yet", "alone"),
+            "counts": ("may be these, in no unit", "that one of them is worth, or the unit alone"),
+        }[what]
+        other = "; else write them as they have to be, and take the line out" if what == "an offset" else ""
         return fault(
-            f'"{words}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
-            f"Say the unit with the factor that makes it right, or the unit alone if they are right: {listed}",
+            f'"{words}" states {what}: the readings of column "{name}" {may}',
+            f"Say the unit {way} if they are right: {listed}{other}",
         )
     scaled = [s for s in sheet.scalings.get(index, ()) if s.value != (0 if s.kind == "offset" else 1)]
     if scaled:
@@ -136,9 +168,11 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
         above = sheet.units_line is not None and sheet.units_line < sheet.header_line
         where = f"above it, declared in line {sheet.units_line}" if above else "below it"
+        both = Choice("units", (below, inside), shown) if of_index else None
         return fault(
             f'column "{name}" has the unit "{inside}" in its name and "{below}" {where}',
-            f"Correct one of the two, or say: {listed}",
+            f"Correct one of the two, or say: {both or listed}",
+            both,
         )
     if len(set(factors)) > 1:
         shown_line = " ".join(sheet.text.lines[declared_line - 1].split())[:60]
@@ -156,6 +190,28 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             which,
         )
     return None, factors[0]
+
+
+# A name that ends in its unit, as those of programs do: "t_s", "d_mm"; and in that of a force: "F_N".
+_SUFFIXED, _SUFFIX_OF_FORCE = re.compile(r"[^()\[\]]*[^\W\d]_(?P<unit>[^\W\d_]{1,3})"), re.compile(r"[Ff]_[Nn](?!\w)")
+
+
+def unit_in_index(sheet: Sheet, index: int) -> str:
+    """The unit that "F_N" has in its name where others end in theirs, though it has another one, too; "" of any other name.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    """
+    name = sheet.names[index]
+    unit = unit_of_normal_force(name, sheet.unit_below(index))
+    if not unit or _SUFFIX_OF_FORCE.match(name) is None or lab_factor(unit, "force") == lab_factor("N", "force"):
+        return ""
+    for other, of_other in enumerate(sheet.names):
+        match = _SUFFIXED.fullmatch(of_other) if other != index else None
+        if match is not None and sheet.plain_heading(other).unit == match["unit"]:
+            return "N"
+    return ""
 
 
 def counted_unit(name: str, quantity: str) -> str:

@@ -11,10 +11,10 @@ from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
     LONGEST,
-    RATED,
     bends_itself,
     ends_without_unit,
     factor_in,
+    footnote_of,
     index_in,
     is_factor,
     is_letter,
@@ -32,9 +32,10 @@ from calib.lab.instruments.brackets import (
     without_conditions,
     words_in,
 )
-from calib.lab.instruments.factor_words import factor_before_symbol, factor_words, free_number
-from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, UNIT_WORDS
+from calib.lab.instruments.factor_words import factor_before_symbol, free_number
+from calib.lab.instruments.lexicon import MASSES, MEANS, NAMES, ONLY_WITH_UNIT, PROCESSED, QUALIFIERS, UNIT_WORDS
 from calib.lab.instruments.meanings import PLAIN, Meaning, doubt_of, meanings, other_axis
+from calib.lab.instruments.reach import RANGE, REACHES
 from calib.lab.instruments.units import RECORDED, SI_UNIT, is_unit_of, lab_factor, looks_like_unit, may_be_meant
 
 #: Quantities whose unit must be written in the file.
@@ -67,11 +68,14 @@ _NAMES_OF_UNITS = ("millis", "micros")
 # How far a load cell reaches, behind its name or before it: "Load cell 5 kN (N)", "load_10N_N", "10 N cell (mN)".
 _REACH = r"\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|k?g|k?gf|lbf?)"
 _CAPACITY = re.compile(
-    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{RATED}|range|messbereich)[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
+    rf"(?P<name>.*?[^\W\d_])[\s_,-]+(?:(?i:{REACHES})[\s:=]+)?(?P<capacity>{_REACH})(?P<tail>[\s_,/]+[^\W\d_]+)?|"
     rf"(?P<first>{_REACH})[\s_]+(?P<behind>[^\W\d].*)"
 )
-# What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1"; "x1" is none.
-_FACTOR_BEHIND = re.compile(r"(?P<name>.*?[^\W\d_])\s+(?P<factor>(?![x×*·/]?\s?1$)(?:[x×*·/]\s?)?[\d.,eE^+-]+)")
+# What may be a factor behind a name: "Capacitance x1E-12", "Load * 0.1", "Force*10"; "x1" is none.
+_FACTOR_BEHIND = re.compile(
+    r"(?P<name>.*?[^\W\d_])(?:\s+|(?=[*×÷·/]))"
+    r"(?P<factor>(?![x×*·/÷]?\s?1$)(?:(?:[x×*·/÷]\s?)?[\d.,eE^+-]+|\d+(?:[.,]\d+)?\s?[x×]))"
+)
 # How a time of day is written: "mm:ss:ff", "h:min:s", "min,s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}|(?:m|mm|min),\s?(?:s|ss|sec)", re.IGNORECASE)
 # Of which run or specimen a column is, behind its unit: "Time (s) S1", "Force [N] run 2".
@@ -127,10 +131,7 @@ _OF_EXPERIMENT = re.compile(
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
-_SETTING = re.compile(
-    r"(?:(?:meter|measurement|measuring|meas\.?|lcr|current|impedance|auto) )?(?:range|messbereich|bereich|gamme|calibre|"
-    r"rango|portata|zakres|量程|レンジ)"
-)
+_SETTING = re.compile(rf"(?:(?:meter|measurement|lcr|current|impedance|auto) )?(?:{RANGE})")
 # Units that are spelled out, which some write in the place of a name; "meter" is an instrument.
 _SPELLED_UNIT = re.compile(
     r"(?:milli|micro)?(?:seconds|secondes|sekunden|segundos|secondi)|minut(?:es|en|os)|[a-z]*newtons?|[a-z]+farads?|"
@@ -327,6 +328,33 @@ def is_mean_of_readings(cell: str) -> bool:
     return _OF_READINGS.search(cell) is not None
 
 
+# What stands behind the brackets of a name with its unit, in brackets of its own or not.
+_BEHIND_UNIT = re.compile(
+    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[]\s*(?P<unit>[^()\[\]]+?)\s*[)\]])\s*[,;]?\s*(?P<words>.+)"
+)
+
+
+def words_passed_by(cell: str) -> str:
+    """The words behind the unit of a name that is understood of which nothing says what they are; "" if there are none.
+
+    How a column was measured and worked on, how far the instrument reaches, and of which run it is, are known.
+
+    >>> [words_passed_by(f"Force (N) {words}") for words in ("x", "left", "cell 2", "(rel.)", "measured", "max. 20 N", "run 2")]
+    ['x', 'left', 'cell 2', 'rel.', '', '', '']
+    """
+    match = _BEHIND_UNIT.fullmatch(cell.strip()) if len(cell) <= LONGEST else None
+    if match is None or not looks_like_unit(match["unit"]) or _OF_A_RUN.fullmatch(tidy(cell)) or footnote_of(cell):
+        return ""
+    said = match["words"].strip(" ()[],;")
+    words_said = [w for w in re.split(r"[\s.,;:()\[\]/-]+", said.lower()) if w]
+    known = QUALIFIERS | PROCESSED
+    if not words_said or all(w in known for w in words_said) or any(w in PROCESSED or w in MEANS for w in words_said):
+        return ""
+    alone = tidy(match["first"])
+    told = is_wiring(said) or says_sense(said) or without_conditions(cell)[1] or tidy(cell) in (alone, f"{alone} (filtered)")
+    return "" if told or said.startswith("_") or any(meanings(words(said), (), "")) else said
+
+
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     """Read a header cell as the name of a quantity that the user says it is; only its units and factors can be in doubt then.
 
@@ -354,7 +382,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
         unit = odd[-1] if odd else None
     doubt = doubt or ("" if brackets or unit_below else _unsure_tail(outside, tail))
     doubt = doubt or _second_unit(quantity, outside, unit or unit_below)
-    factor = leading_factor(cell) or factor_in(outside) or factor_words(outside) or factor_before_symbol(outside)
+    factor = leading_factor(cell) or factor_in(outside) or factor_before_symbol(outside)
     function = FUNCTION.search(outside)
     doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
     doubt = doubt or next((d for bracket in brackets if (d := _may_be_factor(quantity, bracket))), "")
@@ -442,8 +470,6 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         return f'the factor "{factor}" stands before its name'
     if machine := bends_itself(cell):
         return machine
-    if (remarked := _remark_behind(cell, unit_below)) is not None:
-        return remarked
     cell = _without_its_index(cell, unit_below)
     cell = _NUMBERED.sub(r" \g<index>", _OF_A_RUN.sub(r"\g<name> \g<index>", tidy(cell)))
     of_run = _RUN_BEFORE.fullmatch(cell)
@@ -513,28 +539,6 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     return f"axis {axis}: not used" if (axis := other_axis(without_tail)) else _reason(words(outside), brackets, unit_below)
 
 
-# Words with a bracket of their own behind a name and its unit: "Force (N) at 23 (°C)", "Force (N) on sensor (2)".
-_WORDS_BEHIND = re.compile(
-    r"(?P<first>[^()\[\]]*[^\W\d_][^()\[\]]*[(\[][^()\[\]]+[)\]])\s+(?P<words>[^()\[\]/|,;]*[^\W\d_][^()\[\]/|,;]*?)\s*"
-    r"[(\[](?P<inside>[^()\[\]]+)[)\]]"
-)
-
-
-def _remark_behind(cell: str, unit_below: str) -> Heading | None:
-    """What a name with its unit is, with words that have a bracket of their own behind it as one remark; None if it is not so.
-
-    A unit of the same quantity there is asked about, as any two are.
-    """
-    match = _WORDS_BEHIND.fullmatch(cell.strip())
-    found = _interpret(match["first"], unit_below) if match is not None else None
-    if match is None or not isinstance(found, Heading) or not is_unit_of(found.unit or "?", found.quantity):
-        return None
-    if is_unit_of(match["inside"], found.quantity) or is_factor(match["inside"]):
-        return None
-    whole = _interpret(f"{match['first']} [{match['words']} {match['inside']}]", unit_below)
-    return whole if isinstance(whole, Heading) else None
-
-
 # A name in Chinese, Japanese or Korean before or behind one in Latin letters, with a blank or nothing between them.
 _EASTERN = r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3]+"
 _TWO_LANGUAGES = re.compile(
@@ -578,7 +582,7 @@ def _without_factor(outside: str, cell: str) -> tuple[str, str]:
     if match is None or not is_factor(match["factor"]):
         return outside, ""
     behind = re.search(rf"[)\]}}]\s*{re.escape(match['factor'])}\s*$", cell) is not None
-    return (match["name"], match["factor"]) if behind or re.search(r"[eE^]", match["factor"]) else (outside, "")
+    return (match["name"], match["factor"]) if behind or re.search(r"[eE^*×÷·/]", match["factor"]) else (outside, "")
 
 
 def _without_capacity(outside: str, units: Sequence[str]) -> tuple[str, str]:

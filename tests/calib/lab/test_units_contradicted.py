@@ -188,3 +188,40 @@ def test_a_remark_above_an_empty_column_states_it(tmp_path: Path, remark: str) -
     path.write_text("\n".join([f"Time (s),Displacement (mm),Force (N),{remark}", *rows]) + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="kN"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize("unit", ["kN", "mN", "gf"])
+@pytest.mark.parametrize("names", ["t_s,d_mm,F_N", "time_s,x_mm,f_n", "t_s,C_pF,F_N"])
+def test_f_n_beside_names_that_end_in_their_units_has_two_units(tmp_path: Path, names: str, unit: str) -> None:
+    path = tmp_path / "press.csv"
+    middle = "pF" if "pF" in names else "mm"
+    path.write_text("\n".join([names, f"s,{middle},{unit}", *ROWS]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"--units force={unit} or --units force=N"):
+        read_lab_file(path)
+    for said, factor in (("N", 1.0), (unit, {"kN": 1e3, "mN": 1e-3, "gf": 9.80665e-3}[unit])):
+        force = read_lab_file(path, calib.Reading(units={"force": said})).columns["force"]
+        assert force[-1] == pytest.approx(factor * float(ROWS[-1].rsplit(",", 1)[1]))
+
+
+def test_so_has_f_n_with_a_unit_in_its_own_brackets_beside_such_names(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(["t_s,d_mm,F_N [mN]", *ROWS]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="--units force=mN or --units force=N"):
+        read_lab_file(path)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "t,d,F_N\ns,mm,mN",
+        "Time [s],Displacement [mm],F_N [mN]",
+        "t_s,d_mm,F_N_mN",
+        "Zeit,Weg,F_N\ns,mm,mN",
+    ],
+)
+def test_f_n_beside_names_without_units_in_them_is_the_symbol_of_a_normal_force(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([header, *ROWS]) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert table.columns["force"][-1] == pytest.approx(1e-3 * float(ROWS[-1].rsplit(",", 1)[1]))
+    assert any("the index is that of a normal force" in note for note in table.notes)

@@ -183,3 +183,93 @@ def test_an_m_behind_a_displacement_in_metres_is_asked_about(tmp_path: Path) -> 
     agree(read(tmp_path, "t (s),Depth (m),Force (N)", "{t},{x}m,{F}", reading=Reading(units={"displacement": "mm"})), *PRESS)
     table = read(tmp_path, "t (s),Depth (m),Force (N)", "{t},{x}m,{F}", reading=Reading(units={"displacement": "m"}))
     np.testing.assert_allclose(table.columns["displacement"], DEPTH)
+
+
+# --------------------------------------------------------------------------------------- a meter that changes its range
+
+LAST = ",".join(("Time (s)", "Displacement (mm)", "Force (N)", "Cp"))
+
+
+def of_cells(folder: Path, head: str, cells: list[str], reading: Reading | None = None, mark: str = ".") -> LabTable:
+    """A press with a last column of such cells."""
+    rows = [f"{t};{x};{f};{cell}" for t, x, f, cell in zip(TIMES, DEPTH, FORCE, cells, strict=True)]
+    path = folder / "lab.txt"
+    path.write_text("\n".join([head.replace(",", ";"), *(row.replace(".", mark) for row in rows)]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+def in_units(values: list[float], usual: str, other: str, factor: float, *rows: int) -> list[str]:
+    return [f"{v * factor:.7f} {other}" if r in rows else f"{v:.4f} {usual}" for r, v in enumerate(values)]
+
+
+@pytest.mark.parametrize("rows", [(30,), (0, 31), (30, 31, 59)])
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize("head", [LAST, f"{LAST} (pF)"])
+def test_few_cells_in_another_unit_are_read_in_it_with_a_note(
+    tmp_path: Path, rows: tuple[int, ...], mark: str, head: str
+) -> None:
+    table = of_cells(tmp_path, head, in_units(CAP, "pF", "nF", 1e-3, *rows), mark=mark)
+    agree(table, *PRESS, "capacitance")
+    assert any("read in the unit that stands behind it (nF, pF)" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("t (s),Force (N),Displacement", "{t};{f};{x:.4f} mm"),
+        ("t (s),Displacement (mm),Force", "{t};{x};{f:.4f} N"),
+        ("Displacement (mm),Force (N),Time", "{x};{f};{t} s"),
+    ],
+)
+def test_so_is_a_single_cell_of_a_place_a_force_and_a_time(tmp_path: Path, head: str, row: str) -> None:
+    data = zip(map(float, TIMES), DEPTH, FORCE, strict=True)
+    rows = [row.format(t=round(t, 4), x=x, f=f) for t, x, f in data]
+    first, last = rows[40].rsplit(";", 1)
+    number, unit = last.split(" ")
+    smaller = {"mm": "µm", "N": "mN", "s": "ms"}[unit]
+    rows[40] = f"{first};{1000 * float(number):.4f} {smaller}"
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join([head.replace(",", ";"), *rows]) + "\n", encoding="utf-8")
+    agree(read_lab_file(path), *PRESS)
+
+
+def test_a_prefix_and_an_exponent_may_differ_in_few_cells(tmp_path: Path) -> None:
+    agree(of_cells(tmp_path, LAST, [f"{c / 1000:.7f}n" if r == 9 else f"{c}p" for r, c in enumerate(CAP)]), "capacitance")
+    agree(of_cells(tmp_path, LAST, [f"{c / 1000:.7e} nF" if r == 9 else f"{c} pF" for r, c in enumerate(CAP)]), "capacitance")
+
+
+def test_a_cell_without_a_unit_among_others_is_asked_for_by_itself(tmp_path: Path) -> None:
+    cells = [f"{c}" if r == 30 else f"{c} pF" for r, c in enumerate(CAP)]
+    with pytest.raises(InputError, match=r"has no unit behind it.*--units capacitance=pF") as caught:
+        of_cells(tmp_path, LAST, cells)
+    assert [fault.line for fault in caught.value.faults] == [32]
+    agree(of_cells(tmp_path, LAST, cells, Reading(units={"capacitance": "pF"})), "capacitance")
+    agree(of_cells(tmp_path, LAST, [*cells[:30], "", *cells[31:]]), "capacitance")
+
+
+@pytest.mark.parametrize("odd", ["97.5 V", "lost", "97.5 kPa"])
+def test_an_odd_cell_among_others_with_units_is_refused_by_itself(tmp_path: Path, odd: str) -> None:
+    cells = [odd if r == 30 else f"{c} pF" for r, c in enumerate(CAP)]
+    with pytest.raises(InputError, match="is not a number") as caught:
+        of_cells(tmp_path, LAST, cells)
+    assert [fault.line for fault in caught.value.faults] == [32]
+    agree(of_cells(tmp_path, LAST, [*cells[:30], "", *cells[31:]]), "capacitance")
+
+
+def test_a_cell_in_a_unit_of_another_system_is_refused_by_itself(tmp_path: Path) -> None:
+    cells = in_units(FORCE, "N", "gf", 1 / 9.80665e-3, 30)
+    rows = [f"{t};{x};{cell}" for t, x, cell in zip(TIMES, DEPTH, cells, strict=True)]
+    path = tmp_path / "lab.txt"
+    path.write_text("\n".join(["t (s);Displacement (mm);Force", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is in gf, and other cells are in N") as caught:
+        read_lab_file(path)
+    assert [fault.line for fault in caught.value.faults] == [32]
+
+
+def test_cells_in_another_unit_than_the_header_are_asked_about_once(tmp_path: Path) -> None:
+    cells = [f"{c} pF" for c in CAP]
+    for head, reading in ((f"{LAST} (nF)", Reading()), (LAST, Reading(units={"capacitance": "nF"}))):
+        with pytest.raises(InputError, match="--units capacitance=pF") as caught:
+            of_cells(tmp_path, head, cells, reading)
+        assert len(caught.value.faults) == 1
+        agree(of_cells(tmp_path, head, cells, Reading(units={"capacitance": "pF"})), "capacitance")

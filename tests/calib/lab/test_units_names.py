@@ -557,13 +557,21 @@ def test_numbers_with_their_unit_behind_them_are_read_by_it_and_told(tmp_path: P
         ("Cp (pF)", [f"{c:.4f}nF" for c in CAP]),
         ("Cp", [f"{c:.4f}" + ("" if k % 2 else "pF") for k, c in enumerate(CAP)]),
         ("Cp (pF)", [f"{c:.4f}" + ("nF" if k == 4 else "") for k, c in enumerate(CAP)]),
-        ("Cp (F)", [f"{c:.4f}" + ("n" if k == 4 else "p") for k, c in enumerate(CAP)]),
     ],
 )
 def test_units_behind_numbers_that_contradict_or_are_missing_are_refused(
     tmp_path: Path, name: str, written: Sequence[str]
 ) -> None:
-    assert "is not a number" in str(refusal(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, written))
+    said = str(refusal(tmp_path, f"Time (s),Depth (mm),Force (N),{name}", T, D, F, written))
+    assert "is not a number" in said or "not in pF as its name says" in said
+
+
+@pytest.mark.parametrize("row", [0, 4, N - 1])
+def test_a_single_wrong_prefix_among_others_is_read_and_left_out_as_off_the_course(tmp_path: Path, row: int) -> None:
+    written = [f"{c:.4f}" + ("n" if k == row else "p") for k, c in enumerate(CAP)]
+    table = read(tmp_path, "Time (s),Depth (mm),Force (N),Cp (F)", T, D, F, written)
+    assert table.reasons[row]
+    assert not any(table.reasons[:row] + table.reasons[row + 1 :])
 
 
 def test_a_prefix_alone_is_read_once_the_unit_is_said(tmp_path: Path) -> None:

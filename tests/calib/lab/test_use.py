@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -234,6 +235,46 @@ def test_a_use_that_cannot_be_is_refused_with_a_way_out(folder: Path, use: Use, 
     assert advice in caught.value.faults[0].advice
 
 
+def _not_tared(folder: Path, rest: float) -> tuple[Path, FloatArray]:
+    """A press of 2 N whose load reads so much at rest, and its loads."""
+    x = np.concatenate([np.linspace(-0.2, 0.8, 100), np.linspace(0.79, -0.2, 99)])
+    f = rest + 2.0 * (np.maximum(x, 0) / 0.8) ** 1.8 + 1e-3 * np.random.default_rng(3).normal(size=x.size)
+    path = folder / "load.csv"
+    rows = (f"{0.1 * k:.1f},{a:.5f},{b:.4f}\n" for k, (a, b) in enumerate(zip(x, f, strict=True)))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(rows))
+    return path, f
+
+
+@pytest.mark.parametrize("limit", [-2.0, -1.5])
+@pytest.mark.parametrize("branch", ["loading", "unloading"])
+def test_a_limit_below_zero_is_right_of_a_load_that_is_below_it_at_rest(tmp_path: Path, limit: float, branch: Branch) -> None:
+    path, force = _not_tared(tmp_path, -3.2)
+    used = seen(path, Use(max_force=limit, branch=branch)).used
+    assert np.count_nonzero(used) > 30
+    assert np.max(force[used]) <= limit < np.max(force)
+
+
+@pytest.mark.parametrize(
+    ("rest", "limit", "message"),
+    [
+        (-3.2, -4.0, r"max_force must be above the load at rest, got -4 N: the load at rest is -3\.2"),
+        (0.0, -2.0, "max_force must be positive, got -2 N"),
+        (0.0, 0.0, "max_force must be positive, got 0 N"),
+    ],
+)
+def test_a_limit_below_the_load_at_rest_is_refused_with_limits_that_work(
+    tmp_path: Path, rest: float, limit: float, message: str
+) -> None:
+    path, _ = _not_tared(tmp_path, rest)
+    with pytest.raises(InputError, match=message) as caught:
+        seen(path, Use(max_force=limit))
+    ways = dict(re.findall(r'(max_force|max_depth) = "([^"]*)"', caught.value.faults[0].advice))
+    assert set(ways) == {"max_force", "max_depth"}
+    numbers = {key: float(said.split()[0]) for key, said in ways.items()}
+    for use in (Use(max_force=numbers["max_force"]), Use(max_depth=1e-3 * numbers["max_depth"])):
+        assert 20 < np.count_nonzero(seen(path, use).used) < 100
+
+
 @pytest.mark.parametrize(
     ("name", "use", "message"),
     [
@@ -326,6 +367,7 @@ def test_where_contact_begins_stays_with_a_sweep(folder: Path) -> None:
 
 def test_what_is_said_of_a_part_becomes_numbers() -> None:
     assert use_value("max_force", "500 mN") == 0.5
+    assert use_value("max_force", "-2 N") == -2.0
     assert use_value("max_depth", "0.8 mm") == 0.8e-3
     assert use_value("branch", "unloading") == "unloading"
     assert use_value("cycles", [3, 2]) == (2, 3)
@@ -337,7 +379,7 @@ def test_what_is_said_of_a_part_becomes_numbers() -> None:
         ("max_force", 5, "must be a quantity with its unit, got 5"),
         ("max_force", "5", "has no unit"),
         ("max_force", "5 mm", "mm"),
-        ("max_force", "-5 N", "must be positive"),
+        ("max_depth", "-5 mm", "must be positive"),
         ("max_depth", "0 mm", "must be positive"),
         ("branch", "down", 'must be "loading" or "unloading", got "down"'),
         ("cycles", 2, "must be a list of whole numbers from 1, got 2"),
