@@ -201,13 +201,18 @@ class Sheet:
             elif name and index not in self.set_aside:
                 understood = understand(name, self.unit_below(index))
                 free = understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given
-                if understood is not None and free and not (understood.quantity in _OF_NUMBERS and self.holds_words(index)):
+                if understood is not None and free and not self._is_in_words(index, understood):
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))
         together = together | {i: heading for i, (heading, _) in self.designated().items()} | self.alone_in_unit()
         together = together | {i: heading for i, (heading, _) in self.by_function().items()}
         more = {i: h for i, h in together.items() if i not in found and i not in self.set_aside and h.quantity not in given}
         return found | more
+
+    def _is_in_words(self, column: int, heading: Heading) -> bool:
+        """Whether a column under the name of a quantity holds words, and has no unit either."""
+        without = heading.unit is None and not self.unit_below(column)
+        return without and heading.quantity in _OF_NUMBERS and self.holds_words(column)
 
     def holds_words(self, column: int) -> bool:
         """Whether all cells of a column that hold something are words without a digit: "left", "right"."""

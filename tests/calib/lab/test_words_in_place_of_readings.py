@@ -51,3 +51,9 @@ def test_words_among_numbers_are_refused_as_before(tmp_path: Path) -> None:
     rows = [f"{t},{d},{f:.4f},{'lost' if t == '2.00' else 97 + f:}" for t, d, f in PRESS]
     with pytest.raises(InputError, match=r'"lost" in column "Cp .pF." is not a number'):
         _read(tmp_path, "Cp (pF)", rows)
+
+
+def test_words_under_a_name_with_a_unit_are_refused_by_themselves(tmp_path: Path) -> None:
+    rows = [f"{t},{d},{f:.4f},bad" for t, d, f in PRESS]
+    with pytest.raises(InputError, match=r'"bad" in column "Cp .pF." is not a number'):
+        _read(tmp_path, "Cp (pF)", rows)
