@@ -12,7 +12,7 @@ from calib.lab.instruments.lexicon import ALTERED, DERIVED, PROCESSED, RELATIVE,
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
 from calib.lab.instruments.together import unit_in
-from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit
+from calib.lab.instruments.units import RECORDED, is_mass, is_unit_of, is_unit_of_a_record, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, heading_as, understand, why_unread
 
 # One letter or two may be anything ("dC", "dt") but for a maker before a word ("PI stage"), the penetration depth, the
@@ -68,7 +68,7 @@ def alone_in_unit(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, H
         unit or unit_in(name) or (name if is_unit_of_a_record(name) and not is_mass(name) else "") for name, unit in columns
     ]
     plain = [understand(name, unit) or as_a_record(name, unit) if name else None for name, unit in columns]
-    named = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in plain if h is not None}
+    named = {stands_for(h.quantity) for h in plain if h is not None}
     found: dict[int, Heading] = {}
     for quantity in RECORDED:
         of_unit = [i for i, unit in enumerate(units) if unit and is_unit_of(unit, quantity)]
@@ -134,7 +134,7 @@ def _without_number(outside: str) -> str:
     """The name of a capacitance without which of several it is: "Parameter" of "Parameter 2"."""
     match = _OF_SEVERAL.fullmatch(outside.strip(" :,|"))
     heading = understand(match["words"]) if match is not None else None
-    of_another = heading is not None and IN_PLACE_OF.get(heading.quantity, heading.quantity) != "capacitance"
+    of_another = heading is not None and stands_for(heading.quantity) != "capacitance"
     if match is None or of_another or any(map(_NO_READINGS.fullmatch, words_in(outside))):
         return outside
     return match["words"]

@@ -13,7 +13,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import least_apart
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from models.sensor import FloatArray
 
 _JUDGED = ("force", "capacitance", "capacitance_series")
@@ -76,7 +76,7 @@ def _fault(sheet: Sheet, column: ReadColumn, period: int, row: int, apart: float
         f'column "{sheet.names[column.index]}" goes to and fro between {count} levels, {apart / column.factor:.3g} {unit} '
         f"apart, from row to row ({cells}), as {count} channels, ranges, frequencies or specimens in turn would, and no noise"
     )
-    quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    quantity = stands_for(column.quantity)
     advice = (
         "Give each a column or a file of its own; or add a column that tells which row is of which, and choose one: --where "
         f"COLUMN=VALUE; if the readings are right, let the header name the unit and say it once more: --units {quantity}=..."

@@ -17,7 +17,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.sticking import sticking, told_of_sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.instruments.zero_remarks import Remark, zero_remarks
 from models.sensor import FloatArray
 
@@ -90,7 +90,7 @@ def another_zero(
                 told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows, why))
         wrong = [j for j in sure if j.kind in (OVERFLOW, SCALED) and not j.back]
         if wrong:
-            quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+            quantity = stands_for(column.quantity)
             between = ""
             if len(wrong) == _THERE_AND_BACK:
                 lines = int(sheet.lines[wrong[0].row]), int(sheet.lines[wrong[1].last])
@@ -185,7 +185,7 @@ def _why_lost(sheet: Sheet, column: ReadColumn, last: int, row: int, why: str) -
 
 
 def _name(column: ReadColumn) -> str:
-    return IN_PLACE_OF.get(column.quantity, column.quantity)
+    return stands_for(column.quantity)
 
 
 def _in_words(
@@ -195,7 +195,7 @@ def _in_words(
     more = f", and so in {len(jumps) - 1} more places, such as line {int(sheet.lines[jumps[1].row])}" if len(jumps) > 1 else ""
     kind = {"force": ("displacement", *CAPACITANCES), "displacement": ("force", *CAPACITANCES)}
     beside = [q for q in kind.get(column.quantity, ("force", "displacement")) if q in values and q != column.quantity]
-    others = " and ".join(dict.fromkeys(IN_PLACE_OF.get(q, q) for q in beside))
+    others = " and ".join(dict.fromkeys(stands_for(q) for q in beside))
     alone = f", which {others} do{'es' if len(set(others.split(' and '))) == 1 else ''} not show" if others else ""
     place = f'"{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}'
     unit = unit_in_words(sheet, column.index, column.heading, reading)

@@ -15,7 +15,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import SMOOTH, last_step, least_apart, noise_of, turns_of
 from calib.lab.instruments.sticking import sticking
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from models.sensor import FloatArray
 
 # A run begins and ends with a step of so many noises, and of such a share of the range; within it readings are off what the
@@ -109,13 +109,13 @@ def rows_astray(
         runs = [run for run in found if run.quantity == column.quantity]
         if not runs or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
             continue
-        names = dict.fromkeys(_name(q) for q in values if q in SMOOTH and _name(q) != _name(column.quantity))
+        names = dict.fromkeys(stands_for(q) for q in values if q in SMOOTH and stands_for(q) != stands_for(column.quantity))
         others = " and ".join(name for name in names if name != runs[0].beside)
         rows = {r: _in_words(sheet, column, run, reading, " and ".join(names)) for run in runs for r in run.rows}
         if len(rows) > _MOST_OF_ALL * np.count_nonzero(np.isfinite(values[column.quantity])):
             shown = sheet.columns[column.index][runs[0].rows[0]].strip()[:40]
             message = f'column "{sheet.names[column.index]}" contradicts {others} in {len(rows)} rows, first by "{shown}"'
-            quantity = _name(column.quantity)
+            quantity = stands_for(column.quantity)
             advice = (
                 f"Export the record again, or leave the column out: {Choice('columns', ('none',), quantity)}; if its readings "
                 f"are right, let the header name the unit and say it once more: --units {quantity}=..."
@@ -133,13 +133,9 @@ def _in_words(sheet: Sheet, column: ReadColumn, run: Astray, reading: Reading, o
     near = " and ".join(f"{value / column.factor:.4g} {unit}".rstrip() for value in run.near)
     does = f", as {run.beside} does, contradicts {_DRIVEN}" if run.beside else f" contradicts {others}"
     return (
-        f"{_name(column.quantity)}{does} in lines {int(sheet.lines[first])} to {int(sheet.lines[last])} "
+        f"{stands_for(column.quantity)}{does} in lines {int(sheet.lines[first])} to {int(sheet.lines[last])} "
         f'("{cells[first].strip()[:40]}" to "{cells[last].strip()[:40]}"): beside them it is {near}'
     )
-
-
-def _name(quantity: str) -> str:
-    return IN_PLACE_OF.get(quantity, quantity)
 
 
 def astray(values: Mapping[str, FloatArray]) -> list[Astray]:
@@ -191,7 +187,7 @@ def _both_astray(values: Mapping[str, FloatArray]) -> list[Astray]:
                 # Where the ball turns round, a ball that slipped and sticks again comes back to its course.
                 turned = bool(np.any((turns >= one.rows[0] - 1) & (turns <= one.rows[-1] + 1)))
                 if not turned and both > _SAME_ROWS * max(len(one.rows), len(other.rows)):
-                    found += [replace(one, beside=_name(capacitance)), replace(other, beside="force")]
+                    found += [replace(one, beside=stands_for(capacitance)), replace(other, beside="force")]
     return found
 
 

@@ -43,7 +43,7 @@ from calib.lab.instruments.titles import units_in_row
 from calib.lab.instruments.torn import thousands_advice, thousands_in
 from calib.lab.instruments.touching import numbers_in_one
 from calib.lab.instruments.unit_cells import unit_cell
-from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, looks_like_unit
+from calib.lab.instruments.units import RECORDED, is_unit_of, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
 
 
@@ -695,7 +695,7 @@ def _all_options(sheet: Sheet, widest: int) -> str:
     known = len(strange) == named - widest
     said: dict[str, str] = {}
     for index, heading in sheet.headings.items():
-        quantity, behind = IN_PLACE_OF.get(heading.quantity, heading.quantity), sheet.names[index + 1 : index + 2]
+        quantity, behind = stands_for(heading.quantity), sheet.names[index + 1 : index + 2]
         unit = sheet.unit_written(index) or next((name for name in behind if is_unit_of(name, quantity)), "...")
         number = index + 1 - sum(i < index for i in strange) if known else "..."
         if quantity in RECORDED:

@@ -19,7 +19,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.unit_cells import same_word_behind, unit_behind_factor
 from calib.lab.instruments.unit_choice import written_unit
-from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor
+from calib.lab.instruments.units import RECORDED, SI_UNIT, asked_factor, is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand
 
 # Cells that show whether a column is one of plain numbers.
@@ -84,7 +84,7 @@ def with_plain_cells(sheet: Sheet, reading: Reading) -> Sheet:
     for index, heading in {**sheet.headings, **_by_cells(sheet)}.items():
         if not 0 <= index < len(columns) or heading.quantity == "status":
             continue
-        asked = reading.units.get(heading.quantity, reading.units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ""))
+        asked = reading.units.get(heading.quantity, reading.units.get(stands_for(heading.quantity), ""))
         written = written_unit(sheet, index, heading)
         name = sheet.names[index] or f"column {index + 1}"
         found = _without_units(columns[index], heading, asked or written, said=bool(asked))
@@ -265,7 +265,7 @@ def _apart(own: Sequence[str], quantity: str) -> tuple[str, ...]:
 
 def _refusal(sheet: Sheet, index: int, heading: Heading, plain: _Plain, *, said: bool) -> Fault | None:
     """The fault of cells without a unit among others that have one, or of units that contradict; None where there is none."""
-    name, quantity = sheet.names[index] or f"column {index + 1}", IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    name, quantity = sheet.names[index] or f"column {index + 1}", stands_for(heading.quantity)
     choice: Choice | None = Choice("units", plain.seen[:1], quantity)
     if plain.bare:
         cell = plain.bare

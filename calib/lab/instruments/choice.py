@@ -25,7 +25,7 @@ from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell
 from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
-from calib.lab.instruments.units import IN_PLACE_OF, is_mass, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_mass, is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import (
     EXAMPLE,
     MAY_BE_A_CHANGE,
@@ -157,7 +157,7 @@ def _x_alone(sheet: Sheet, headings: Mapping[int, Heading], unread: Mapping[int,
     lengths = [i for i in range(len(sheet.names)) if is_unit_of(sheet.unit_written(i) or "?", "displacement")]
     still = [i for i in lengths if stands_still(_alone(sheet, i))] if len(lengths) > 1 else []
     known = {i: h for i, h in headings.items() if not (i in still and h.letter)}
-    there = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in known.values()} | set(sheet.assigned.values())
+    there = {stands_for(h.quantity) for h in known.values()} | set(sheet.assigned.values())
     if "displacement" in there or not there & {"force", "capacitance"}:
         return {}
     moving = [i for i in lengths if i not in still]
@@ -173,7 +173,7 @@ def _goes_with(sheet: Sheet, index: int, headings: Mapping[int, Heading]) -> boo
     quantity, values = headings[index].quantity, _alone(sheet, index)
     if quantity == "time":
         return holds_clock(sheet.columns[index]) or not (stands_still(values) or goes_back(values))
-    others = [i for i, h in headings.items() if i != index and IN_PLACE_OF.get(h.quantity, h.quantity) in _TOGETHER]
+    others = [i for i, h in headings.items() if i != index and stands_for(h.quantity) in _TOGETHER]
     ranks = [np.argsort(np.argsort(_alone(sheet, i))) for i in (index, *others)]
     there = not stands_still(values) and np.isfinite(values).sum() > 2
     return there and (not others or max(abs(np.corrcoef(ranks[0], rank)[0, 1]) for rank in ranks[1:]) > 0.5)
@@ -235,7 +235,7 @@ def _of_channel_or_reach(sheet: Sheet, index: int, heading: Heading) -> tuple[st
         said = f"a channel, by its unit {unit}: if it is something else, --columns {quantity}=none"
         return (f'{quantity} is taken from "{name}", {said}',)
     reach = _REACH.search(name) if any(map(str.isdigit, heading.index)) and not heading.index.isdecimal() else None
-    if reach is not None and is_unit_of(reach["unit"], IN_PLACE_OF.get(quantity, quantity)):
+    if reach is not None and is_unit_of(reach["unit"], stands_for(quantity)):
         return (f'"{reach["reach"]}" in "{name}" is passed by, as how far the instrument reaches',)
     return ()
 
@@ -376,7 +376,7 @@ def _without_stray_letters(
     for index, heading in headings.items():
         has_unit = heading.unit or sheet.unit_below(index) or heading.quantity in sheet.declared_units
         stray = heading.letter and heading.quantity in NEEDS_UNIT and not has_unit and index not in sheet.assigned
-        others = frozenset(IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in kept.items() if i != index)
+        others = frozenset(stands_for(h.quantity) for i, h in kept.items() if i != index)
         stray = stray and not (heading.quantity == "time" and sheet.names[index].strip().islower())
         if stray and not family.requirement(others):
             del kept[index]
@@ -639,7 +639,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
     choice : its columns.
     reading : what the user says of the file.
     """
-    found = frozenset(IN_PLACE_OF.get(q, q) for q in choice.chosen)
+    found = frozenset(stands_for(q) for q in choice.chosen)
     if family.requirement(found) and (mixed := _blanks_among_tabs(sheet)) is not None:
         return [mixed]
     there = ", ".join(
@@ -664,6 +664,6 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
             advice=f"Say which column it is: --columns {quantity}=..., or leave the unit out",
         )
         for quantity, unit in reading.units.items()
-        if IN_PLACE_OF.get(quantity, quantity) not in found
+        if stands_for(quantity) not in found
     ]
     return faults

@@ -9,7 +9,7 @@ from itertools import takewhile
 from calib.lab.instruments.brackets import is_factor, no_record
 from calib.lab.instruments.lexicon import KEYS, RUNS
 from calib.lab.instruments.passed_by import may_be_passed_by
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, understand
 
 # Which run it is that all columns are of.
@@ -43,7 +43,7 @@ def common_words(cells: Sequence[str]) -> tuple[str, list[str]]:
         return "", []
     words = match[0].strip(" _:/|-")
     names = [cell[match.end() :] if cell else "" for cell in cells]
-    found = {IN_PLACE_OF.get(h.quantity, h.quantity) for name in names if name and (h := understand(name)) is not None}
+    found = {stands_for(h.quantity) for name in names if name and (h := understand(name)) is not None}
     return (words, names) if len(found & set(NEEDS_UNIT)) > 1 and say_nothing(words) else ("", [])
 
 

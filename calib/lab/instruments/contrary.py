@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.lexicon import NAMES, UNIT_WORDS
-from calib.lab.instruments.units import IN_PLACE_OF, UNITS_WITHOUT_BLANKS, is_unit_of, lab_factor, mended, unit_by_stem
+from calib.lab.instruments.units import UNITS_WITHOUT_BLANKS, is_unit_of, lab_factor, mended, stands_for, unit_by_stem
 
 _LONGEST = 500
 _QUANTITIES = ("force", "displacement", "capacitance", "time")
@@ -129,7 +129,7 @@ def unit_against(line: str, quantity: str, factor: float) -> str:
     >>> [unit_against(words, "force", 1.0) for words in ("max 500 mN", "Preload (mN): 50", "converted from mN to N")]
     ['', '', '']
     """
-    quantity = IN_PLACE_OF.get(quantity, quantity)
+    quantity = stands_for(quantity)
     if quantity not in _QUANTITIES or len(line) > _LONGEST or not any(c.isalpha() for c in line):
         return ""
     text = _plain(line)
@@ -221,7 +221,7 @@ def _by_name() -> dict[str, str]:
     for quantity, names in NAMES.items():
         for name in names:
             if len(name) > 1 or name > "\u2e80":
-                found.setdefault(name, IN_PLACE_OF.get(quantity, quantity))
+                found.setdefault(name, stands_for(quantity))
     return found | {"kräfte": "force", "loads": "force", "cell": "force", "capa": "capacitance"}
 
 

@@ -48,7 +48,7 @@ from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import BelowHeader, begins_at, below_header, units_above
 from calib.lab.instruments.torn import thousands_advice, thousands_in, torn_decimals, torn_thousands
 from calib.lab.instruments.unit_cells import with_its_unit
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import understand, words
 
 # Lines above rows of results with their title, names and units.
@@ -230,10 +230,10 @@ def _of_no_column(text: LabText, lines: Sequence[str]) -> tuple[str, ...]:
 def _units_of_columns(sheet: Sheet) -> Mapping[str, tuple[str, int]]:
     """Units that lines declare which are of one column alone, where no other column is of its quantity."""
     found: dict[str, tuple[str, int]] = {}
-    quantities = [IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings.values()]
+    quantities = [stands_for(h.quantity) for h in sheet.headings.values()]
     for line, index, words_of in sheet.text.of_columns:
         heading = sheet.headings.get(index)
-        quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else ""
+        quantity = stands_for(heading.quantity) if heading is not None else ""
         own = declared_units([f"{quantity} {words_of}"]).get(quantity) if quantities.count(quantity) == 1 else None
         found |= {quantity: (own[0], line)} if own is not None else {}
     return found
@@ -241,10 +241,10 @@ def _units_of_columns(sheet: Sheet) -> Mapping[str, tuple[str, int]]:
 
 def _lines_that_decide(sheet: Sheet, reading: Reading) -> dict[int, str]:
     """The lines above a header by which columns are read -> a note on each: units, decimal mark, a meter's circuit."""
-    quantities = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings.values()}
+    quantities = {stands_for(h.quantity) for h in sheet.headings.values()}
     found: dict[int, list[str]] = {}
     for quantity, (unit, line) in sheet.declared_units.items():
-        if quantity in quantities and not {q for q in reading.units if IN_PLACE_OF.get(q, q) == quantity}:
+        if quantity in quantities and not {q for q in reading.units if stands_for(q) == quantity}:
             found.setdefault(line, []).append(f"the unit of {quantity} ({unit})")
     mark = next((i for i, line in enumerate(sheet.prelude, 1) if declared_decimal([line])), 0)
     if mark and not reading.decimal and sheet.declared_decimal:
@@ -272,7 +272,7 @@ def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple
 
 def _factors_noted(sheet: Sheet, noted: Mapping[int, Footnote]) -> Mapping[str, tuple[str, int]]:
     """The factors that footnotes state of the readings of their columns."""
-    of = {i: IN_PLACE_OF.get(heading.quantity, heading.quantity) for i, heading in sheet.headings.items()}
+    of = {i: stands_for(heading.quantity) for i, heading in sheet.headings.items()}
     told = {of[i]: f for i, f in noted.items() if i in of and f.line}
     return {
         quantity: (f.text[:60], f.line)
@@ -375,9 +375,9 @@ def _that_may_be(quantity: str, names: Sequence[str], units: Sequence[str], take
     """The columns that may be a quantity: those named so, else those with a unit of it, else those not understood at all."""
     below = [*units, *[""] * len(names)]
     found = [understand(name, below[i]) for i, name in enumerate(names)]
-    asked = IN_PLACE_OF.get(quantity, quantity)
+    asked = stands_for(quantity)
     free = [i for i, name in enumerate(names) if name and i not in taken]
-    named = [i for i in free if (h := found[i]) is not None and IN_PLACE_OF.get(h.quantity, h.quantity) == asked]
+    named = [i for i in free if (h := found[i]) is not None and stands_for(h.quantity) == asked]
     unknown = [i for i in free if found[i] is None]
     units_of = [(below[i], *re.findall(r"[(\[]([^()\[\]]+)", names[i])) for i in range(len(names))]
     return named or [i for i in unknown if any(u and is_unit_of(u, asked) for u in units_of[i])] or unknown
@@ -392,9 +392,9 @@ def _by_its_number(quantity: str, columns: Sequence[int]) -> str:
 
 def _named_otherwise(names: Sequence[str], reading: Reading) -> bool:
     """Whether a line with numbers in it names columns otherwise than the user does by their numbers: it is no header."""
-    said = {int(c) - 1: IN_PLACE_OF.get(q, q) for q, c in reading.columns.items() if c.isdecimal()}
+    said = {int(c) - 1: stands_for(q) for q, c in reading.columns.items() if c.isdecimal()}
     meant = {i: h for i, name in enumerate(names) if i in said and (h := understand(name)) is not None}
-    return any(IN_PLACE_OF.get(h.quantity, h.quantity) != said[i] for i, h in meant.items())
+    return any(stands_for(h.quantity) != said[i] for i, h in meant.items())
 
 
 def _is_beside_the_rows(text: LabText, delimiter: str, header: int, names: Sequence[str]) -> bool:

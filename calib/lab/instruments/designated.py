@@ -10,7 +10,7 @@ from calib.lab.instruments.instrument_words import APART, instrument_words
 from calib.lab.instruments.lexicon import CHANNELS
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.together import unit_in
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
+from calib.lab.instruments.units import is_unit_of, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading, as_a_record, understand
 
 # A channel before a name, with a stroke between them: "AI 1/displacement", "ch2/Force"; "1/Force" is an inverse.
@@ -51,10 +51,10 @@ def designated(names: tuple[str, ...], below: tuple[str, ...]) -> dict[int, tupl
 
     def of(index: int, quantity: str) -> bool:
         heading = found[index][0] if index in found else plain[index]
-        named = heading is not None and IN_PLACE_OF.get(heading.quantity, heading.quantity) == quantity
+        named = heading is not None and stands_for(heading.quantity) == quantity
         return named or is_unit_of(units[index], quantity)
 
-    shown = {i: IN_PLACE_OF.get(heading.quantity, heading.quantity) for i, (heading, _) in found.items()}
+    shown = {i: stands_for(heading.quantity) for i, (heading, _) in found.items()}
     return {i: f for i, f in found.items() if not any(of(k, shown[i]) for k in range(len(names)) if k != i)}
 
 

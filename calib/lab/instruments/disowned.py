@@ -11,7 +11,7 @@ from pathlib import Path
 from calib.errors import Choice, Fault
 from calib.lab.instruments.contrary import names_quantity, unit_against
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.instruments.vocabulary import understand
 
 _QUANTITIES = ("force", "displacement", "capacitance")
@@ -139,8 +139,8 @@ def _in_another_order(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[s
     told = [heading.quantity for name in names if (heading := understand(name)) is not None]
     if len(told) != len(names) or len(set(told)) != len(told):
         return ()
-    own = {IN_PLACE_OF.get(q, q): index for q, (_, index) in read.items() if index >= 0}
-    listed = [q for q in (IN_PLACE_OF.get(q, q) for q in told) if q in own]
+    own = {stands_for(q): index for q, (_, index) in read.items() if index >= 0}
+    listed = [q for q in (stands_for(q) for q in told) if q in own]
     if len(listed) < len(own):
         return ()
     there = sorted(listed, key=lambda q: own[q])
@@ -152,7 +152,7 @@ def _numbered_otherwise(lines: Sequence[str], read: Mapping[str, tuple[str, int]
 
     Columns may be counted from 0, which one of that number shows.
     """
-    own = {index: IN_PLACE_OF.get(q, q) for q, (_, index) in read.items() if index >= 0}
+    own = {index: stands_for(q) for q, (_, index) in read.items() if index >= 0}
     found: dict[str, tuple[str, ...]] = {}
     told = [
         (line, int(m["number"]), heading.quantity)
@@ -163,7 +163,7 @@ def _numbered_otherwise(lines: Sequence[str], read: Mapping[str, tuple[str, int]
     ]
     first = 0 if any(number == 0 for _, number, _ in told) else 1
     for line, number, quantity in told:
-        told_of, read_as = IN_PLACE_OF.get(quantity, quantity), own.get(number - first, "")
+        told_of, read_as = stands_for(quantity), own.get(number - first, "")
         if read_as and told_of != read_as and told_of in own.values():
             of = {told_of, read_as, *found.get(line, ())}
             found[line] = tuple(q for q in _QUANTITIES if q in of)
@@ -189,7 +189,7 @@ def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...
     swapped, wrong = _SWAPPED.search(line), _WRONG.search(line)
     if not (swapped or wrong) or _SETTLED.search(line):
         return ()
-    own = {IN_PLACE_OF.get(q, q): q for q in read}
+    own = {stands_for(q): q for q in read}
     named = [q for q in _QUANTITIES if q in own and names_quantity(line, q)]
     numbered = any(index >= 0 for _, index in read.values())  # as they are not on another sheet
     numbers = {int(n) - 1 for match in _NUMBERED.finditer(line) for n in match.groups() if n and numbered}

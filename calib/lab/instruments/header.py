@@ -23,7 +23,7 @@ from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.stated import explained_units, stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.unit_cells import with_its_unit
-from calib.lab.instruments.units import IN_PLACE_OF, RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit
+from calib.lab.instruments.units import RECORDED, is_unit_of, is_unit_of_a_record, lab_factor, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import EXAMPLE, Heading, as_a_mean, spelled_unit, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
@@ -207,7 +207,7 @@ def _says_units_of_names_below(line: str, below: Sequence[str]) -> bool:
     first = next((other for other in below if other.strip() and not _in_comments([other])), "") if len(said) > 1 else ""
     for delimiter in DELIMITERS if first else ():
         cells = split_line(first, delimiter)
-        named = {IN_PLACE_OF.get(h.quantity, h.quantity) for cell in cells if cell and (h := understand(cell)) is not None}
+        named = {stands_for(h.quantity) for cell in cells if cell and (h := understand(cell)) is not None}
         if len(said & named) > 1 and not any(map(is_reading, cells)):
             return True
     return False
@@ -752,7 +752,7 @@ def _stated_each(line: str) -> list[tuple[str, str]]:
 def _declare(declared: dict[str, tuple[str, int]], found: Iterable[tuple[str, str]], line: int) -> None:
     """Add what a line declares; another unit of the same quantity than before leaves both."""
     for named, unit in found:
-        quantity = IN_PLACE_OF.get(named, named)
+        quantity = stands_for(named)
         before = declared[quantity][0].split(" or ") if quantity in declared else []
         others = [u for u in before if lab_factor(u, quantity) != lab_factor(unit, quantity)]
         declared[quantity] = " or ".join([*others, unit]), line

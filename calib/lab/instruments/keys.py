@@ -22,7 +22,7 @@ from calib.lab.instruments.sheet import OF_UNITS, Sheet
 from calib.lab.instruments.small_tables import in_small_table, is_label
 from calib.lab.instruments.stated import quantity_of, speaks_of_scale, stated_factors
 from calib.lab.instruments.together import is_spread
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.validity import compares
 from calib.lab.instruments.where import asked_name, filled_down, listed_values
 from models.sensor import FloatArray
@@ -193,7 +193,7 @@ def remarks_on_scale(
             faults += [_of_another_press(sheet, index, changed)] if changed is not None else []
             of = {q for q in factors if row is not None and unit_against(column[row], q, math.nan)}
             single = len({column[r] for r in speaking}) == 1 and row is not None and not _FROM_HERE.search(column[row])
-            if single and of and of <= {IN_PLACE_OF.get(q, q) for q in reading.units} | set(reading.units):
+            if single and of and of <= {stands_for(q) for q in reading.units} | set(reading.units):
                 continue
         else:
             row = _first_other_unit(column) if rows and all(_is_unit(column[r]) for r in rows) else None
@@ -235,11 +235,7 @@ def _beside_the_names(sheet: Sheet, used: Mapping[str, int], factors: Mapping[st
         if is_numeric(words) or not (is_numeric(value) or _is_unit(value)):
             continue
         named = quantity_of(words)
-        of = (
-            [named]
-            if named is not None and named in factors
-            else [q for q in factors if is_unit_of(value, IN_PLACE_OF.get(q, q))]
-        )
+        of = [named] if named is not None and named in factors else [q for q in factors if is_unit_of(value, stands_for(q))]
         if is_numeric(value):
             speaks = not is_label(words, value) and (speaks_of_scale(words) or bool(stated_factors([f"{words}: {value}"])))
         else:

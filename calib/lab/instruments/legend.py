@@ -21,13 +21,13 @@ from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.stated import is_no_reading, quantity_of, stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import (
-    IN_PLACE_OF,
     RECORDED,
     SI_UNIT,
     is_unit_of,
     is_unit_of_a_record,
     lab_factor,
     looks_like_unit,
+    stands_for,
 )
 from calib.lab.instruments.vocabulary import Heading, as_a_record, understand
 
@@ -154,7 +154,7 @@ def _place(column: str, written: Sequence[str]) -> int:
 
 def _goes_with(said: _Said, quantity: str | None) -> bool:
     """Whether the unit that a line says of a column is one of what the user says it is."""
-    return quantity is None or not said.unit or is_unit_of(said.unit, IN_PLACE_OF.get(quantity, quantity))
+    return quantity is None or not said.unit or is_unit_of(said.unit, stands_for(quantity))
 
 
 def _header(text: LabText) -> tuple[int, int, str, list[str]] | None:
@@ -244,7 +244,7 @@ def _listed(line: str, names: Sequence[str], written: Sequence[str]) -> dict[int
     plain = {k: h for k, name in enumerate(written) if (h := understand(name)) is not None and h.unit is None and not h.letter}
     # A symbol that means one thing alone.
     plain |= {k: h for k, name in enumerate(written) if k not in plain and (h := _only_meaning(name)) is not None}
-    return {k: ("", SI_UNIT[h.quantity]) for k, h in plain.items() if IN_PLACE_OF.get(h.quantity, h.quantity) in RECORDED}
+    return {k: ("", SI_UNIT[h.quantity]) for k, h in plain.items() if stands_for(h.quantity) in RECORDED}
 
 
 def _only_meaning(name: str) -> Heading | None:
@@ -256,7 +256,7 @@ def _only_meaning(name: str) -> Heading | None:
 def _meanings(name: str) -> dict[str, Heading]:
     """What a symbol is, by quantity, with a unit of that behind it."""
     found = {q: understand(f"{name} ({SI_UNIT[q]})") for q in RECORDED if understand(name) is None or len(name) <= _SYMBOL}
-    return {q: h for q, h in found.items() if h is not None and IN_PLACE_OF.get(h.quantity, h.quantity) == q}
+    return {q: h for q, h in found.items() if h is not None and stands_for(h.quantity) == q}
 
 
 def _of_part(part: str, names: Sequence[str], *, alone: bool = True) -> tuple[int, tuple[str, str]] | None:
@@ -317,7 +317,7 @@ def _named(name: str, said: _Said) -> str:
         return f"{said.meaning}{unit}"
     first = re.split(r"[,;.(\[]|\s[-–—]\s", said.meaning)[0].strip()
     quantity = next((h.quantity for h in (understand(f"{first}{unit}"),) if h is not None), quantity_of(first))
-    quantity = IN_PLACE_OF.get(quantity, quantity) if quantity is not None else ""
+    quantity = stands_for(quantity) if quantity is not None else ""
     if not quantity or not is_unit_of(said.unit, quantity) or is_no_reading(quantity, said.meaning):
         return f"{said.meaning}{unit}"
     if understand(f"{first}{unit}") is None and not all(_says_nothing_else(word, quantity) for word in words_in(first)):
@@ -331,7 +331,7 @@ def _says_nothing_else(word: str, quantity: str) -> bool:
     """Whether a word is a name of a quantity, of what presses and moves, or one between such words."""
     own = understand(word)
     of_press = word.startswith(tuple(PRESSING)) or word in MOVING | QUALIFIERS | SENSORS
-    return of_press or word in _BETWEEN or (own is not None and IN_PLACE_OF.get(own.quantity, own.quantity) == quantity)
+    return of_press or word in _BETWEEN or (own is not None and stands_for(own.quantity) == quantity)
 
 
 def _is_one(new: Mapping[int, str], said: Mapping[int, _Said]) -> bool:
@@ -397,7 +397,7 @@ def _hold_against(text: LabText, at: int, index: int, cell: str, before: _Said |
     own = understand(cell)
     if own is None or own.unit is None or not now.unit or not is_unit_of(own.unit, own.quantity):
         return
-    quantity = IN_PLACE_OF.get(own.quantity, own.quantity)
+    quantity = stands_for(own.quantity)
     if {own.quantity, quantity} & {*reading.units, *reading.columns} or _agrees(own, now):
         return
     if quantity in declared:
@@ -424,7 +424,7 @@ def _agrees(own: Heading, now: _Said) -> bool:
     of = [q for q in RECORDED if is_unit_of(now.unit, q)]
     if not of:
         return True
-    quantity = IN_PLACE_OF.get(own.quantity, own.quantity)
+    quantity = stands_for(own.quantity)
     return quantity in of and lab_factor(now.unit, quantity) == lab_factor(own.unit or "", quantity)
 
 

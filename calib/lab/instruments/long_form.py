@@ -12,7 +12,7 @@ from calib.errors import Choice, Fault
 from calib.lab.instruments.brackets import unit_of_small_letters
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.instruments.vocabulary import understand
 from models.sensor import FloatArray
 
@@ -42,8 +42,8 @@ def one_reading_a_row(sheet: Sheet, found: Collection[str]) -> Fault | None:
             continue
         if (alone := _of_one(sheet, at, named, found)) is not None:
             return alone
-        meant = {IN_PLACE_OF.get(h.quantity, h.quantity) for name in named if (h := understand(name)) is not None}
-        if len((meant & {"force", "displacement", "capacitance"}) - {IN_PLACE_OF.get(q, q) for q in found}) < 2:
+        meant = {stands_for(h.quantity) for name in named if (h := understand(name)) is not None}
+        if len((meant & {"force", "displacement", "capacitance"}) - {stands_for(q) for q in found}) < 2:
             continue
         name = sheet.names[at] or f"column {at + 1}"
         listed = ", ".join(f'"{n}"' for n in named)

@@ -13,7 +13,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import SMOOTH, noise_of
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from models.sensor import FloatArray
 
 # A column ends before the others by so many rows and such a share of them, has so many readings, and hardly any gap above.
@@ -46,7 +46,7 @@ def of_other_rows(
         turns = _turns_early(values[column.quantity], values["displacement"])
         if turns is None or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
             continue
-        quantity, cells = IN_PLACE_OF.get(column.quantity, column.quantity), sheet.columns[column.index]
+        quantity, cells = stands_for(column.quantity), sheet.columns[column.index]
         first, last, end = (int(sheet.lines[r]) for r in turns)
         message = (
             f'column "{sheet.names[column.index]}" ends in line {end}, and goes back from "{cells[turns[0]].strip()[:40]}" '

@@ -14,7 +14,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import least_apart, noise_of
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.stretches import stretches
 from models.sensor import FloatArray
 
@@ -102,7 +102,7 @@ def sorted_rows(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
     if any(is_confirmed(sheet, c.index, c.heading, c.factor, reading) for _, c in apart):
         return []
     by, other = apart[0]
-    quantity = IN_PLACE_OF.get(other.quantity, other.quantity)
+    quantity = stands_for(other.quantity)
     unit = unit_in_words(sheet, other.index, other.heading, reading)
     message = (
         f'the rows are in the order of column "{sheet.names[by.index]}", and "{sheet.names[other.index]}" goes to and '
@@ -130,7 +130,7 @@ def _sorted_alone(sheet: Sheet, rows: IntArray, held: Mapping[ReadColumn, FloatA
         ]
         if not beside or is_confirmed(sheet, by.index, by.heading, by.factor, reading):
             continue
-        quantity = IN_PLACE_OF.get(by.quantity, by.quantity)
+        quantity = stands_for(by.quantity)
         unit = unit_in_words(sheet, by.index, by.heading, reading)
         message = (
             f'column "{sheet.names[by.index]}" goes one way from the first row to the last, while "'

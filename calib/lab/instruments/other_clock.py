@@ -15,7 +15,7 @@ from calib.lab.instruments.rivals import difference, readings
 from calib.lab.instruments.rows import NO_LAST_CELL
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import parts
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import UNKNOWN
 from models.sensor import FloatArray
 
@@ -62,7 +62,7 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
             clock = places["time"] if len(short) < len(judged) else None
         if clock is None:
             continue
-        name, index = IN_PLACE_OF.get(quantity, quantity), places[quantity]
+        name, index = stands_for(quantity), places[quantity]
         without = Choice("columns", ("none",), name)
         beside = f', as does "{sheet.names[clock] or f"column {clock + 1}"}"' if clock != index else ""
         message = (
@@ -105,7 +105,7 @@ def second_clock(
     unread : index -> why a column is not read.
     reading : what the user says of the file.
     """
-    said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
+    said = {stands_for(q) for q in reading.columns}
     merged = "capacitance" in values and bool({"force", "displacement"} & set(values))
     if not merged or "capacitance" in said or said >= {"force", "displacement"}:
         return []
@@ -277,7 +277,7 @@ def _sides(places: Mapping[str, int], index: int) -> str:
     """What stands between two clocks, "press" or "meter", where the other stands behind the second; "" for any other order."""
     first, second = sorted((places["time"], index))
     press = [places[q] for q in _PRESS if q in places]
-    meters = [i for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    meters = [i for q, i in places.items() if stands_for(q) == "capacitance"]
     if not press or not meters or min(*press, *meters) < first:
         return ""
     return "press" if max(press) < second < min(meters) else "meter" if max(meters) < second < min(press) else ""
@@ -286,7 +286,7 @@ def _sides(places: Mapping[str, int], index: int) -> str:
 def _apart_from_time(sheet: Sheet, places: Mapping[str, int]) -> bool:
     """Whether an empty column parts the time, with a capacitance, from all that is read of the press."""
     own = next((part for part in parts(sheet, sheet.columns) if places.get("time") in part), range(0))
-    with_time = {IN_PLACE_OF.get(q, q) for q, i in places.items() if i in own}
+    with_time = {stands_for(q) for q, i in places.items() if i in own}
     return "capacitance" in with_time and not with_time & {*_PRESS} and bool({*_PRESS} & set(places))
 
 
@@ -294,7 +294,7 @@ def _two_tables(sheet: Sheet, judged: Mapping[str, int], short: Mapping[str, int
     """The fault of two tables side by side, of which one has ended, and one alone has a time."""
     others = [q for q in judged if q not in short]
     named = [" and ".join(f'"{sheet.names[judged[q]]}"' for q in of) for of in (short, others)]
-    without = [" ".join(str(Choice("columns", ("none",), IN_PLACE_OF.get(q, q))) for q in of) for of in (short, others)]
+    without = [" ".join(str(Choice("columns", ("none",), stands_for(q))) for q in of) for of in (short, others)]
     n = next(iter(short.values()))
     message = (
         f"{named[0]} end{'s' if len(short) == 1 else ''} after {n} of {longest} rows, and {named[1]} "
@@ -317,7 +317,7 @@ def _parts_instruments(places: Mapping[str, int], index: int) -> bool:
     """Whether the later one of the time and a column stands between press and capacitance, and the other before both."""
     second = max(places["time"], index)
     press = [i < second for q, i in places.items() if q in _PRESS]
-    meter = [i < second for q, i in places.items() if IN_PLACE_OF.get(q, q) == "capacitance"]
+    meter = [i < second for q, i in places.items() if stands_for(q) == "capacitance"]
     return {*press} | {not before for before in meter} in ({True}, {False})
 
 

@@ -16,7 +16,7 @@ from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, ho
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_clocks import blocks_of_clocks, choice_of_clock
 from calib.lab.instruments.unit_choice import unit_of_column
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import Heading, as_a_record, heading_as, why_unread, words
 from models.sensor import FloatArray
 
@@ -116,7 +116,7 @@ def best_of(
         taken_off = TAKEN_OFF in best.heading.name_doubt
         first = "If nothing was taken off, so that its readings are all of it" if taken_off else "If it is the one"
         press = {"force", "displacement"} <= {h.quantity for h in sheet.headings.values()}
-        if IN_PLACE_OF.get(quantity, quantity) == "capacitance" and press and not rest:
+        if stands_for(quantity) == "capacitance" and press and not rest:
             another = f"; else leave it out: {Choice('columns', ('none',), 'capacitance')}"
         asked_again = heading_as(quantity, sheet.names[best.index], sheet.unit_below(best.index)).unit_doubt
         unit = (best.heading.unit or sheet.unit_below(best.index)) if asked_again else ""
@@ -475,7 +475,7 @@ def _of_two_instruments(sheet: Sheet) -> bool:
 
 
 def _has(sheet: Sheet, quantity: str) -> bool:
-    return any(IN_PLACE_OF.get(h.quantity, h.quantity) == quantity for h in sheet.headings.values())
+    return any(stands_for(h.quantity) == quantity for h in sheet.headings.values())
 
 
 def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
@@ -488,7 +488,7 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
     reading : what the user says of the file.
     """
     own = sheet.plain_heading(asked)
-    said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
+    said = {stands_for(q) for q in reading.columns}
     if own.quantity != "time" or not _of_two_instruments(sheet) or said >= {"force", "displacement"} or "capacitance" in said:
         return Remarks()
     for index in range(len(sheet.names)):

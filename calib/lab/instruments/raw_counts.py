@@ -7,7 +7,7 @@ import re
 from calib.lab.instruments.brackets import are_counts
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.units import is_unit_of, stands_for
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading
 
 # Fewest letters of a name before the word behind it: "Force_raw".
@@ -36,7 +36,7 @@ def _shown(sheet: Sheet, index: int) -> str:
 
 
 def _quantity(heading: Heading) -> str:
-    return IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    return stands_for(heading.quantity)
 
 
 def _has_unit(sheet: Sheet, index: int, heading: Heading) -> bool:

@@ -25,7 +25,7 @@ from calib.lab.instruments.times import (
 )
 from calib.lab.instruments.unit_cells import same_word_behind
 from calib.lab.instruments.unit_choice import units_to_say
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
+from calib.lab.instruments.units import is_unit_of, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -100,7 +100,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         number[list(sheet.reasons)] = np.nan
         bad[list(sheet.reasons)] = False
         # Who says the unit says what one count of a whole number is worth.
-        whole = IN_PLACE_OF.get(column.quantity, column.quantity) in reading.units or column.quantity not in _MEASURED
+        whole = stands_for(column.quantity) in reading.units or column.quantity not in _MEASURED
         doubts = doubtful(cells, number, decimal, column.quantity, whole=whole)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
@@ -173,7 +173,7 @@ def _last_digit(sheet: Sheet, column: ReadColumn, cell: str, decimals: int) -> s
     unit = column.heading.unit or sheet.unit_below(column.index)
     if not decimals or not unit or not is_unit_of(unit, column.quantity):
         return ""
-    quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    quantity = stands_for(column.quantity)
     number = cell.strip()
     meant = f"{number[:-decimals]}.{number[-decimals:]}"
     return f'If "{number}" is {meant} {unit}, and all have {decimals} decimals: --units "{quantity}=1e-{decimals} {unit}". '

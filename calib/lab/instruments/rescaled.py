@@ -16,7 +16,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import noise_of
 from calib.lab.instruments.unit_choice import is_confirmed
-from calib.lab.instruments.units import IN_PLACE_OF, unit_ratios
+from calib.lab.instruments.units import stands_for, unit_ratios
 from models.sensor import FloatArray
 
 # Readings beside each other that differ by such a factor may be in two units.
@@ -413,7 +413,7 @@ def _in_words(sheet: Sheet, column: ReadColumn, kept: Sequence[_Switch]) -> tupl
         f'column "{sheet.names[column.index]}": from this line on the readings are {ratio:.6g} times {larger} than those above '
         f'go on ("{cells[first.last].strip()}", then "{cells[first.row].strip()}": {first.words}){more}'
     )
-    quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    quantity = stands_for(column.quantity)
     back = ""
     if len(kept) == _THERE_AND_BACK:
         back = f"or remove lines {int(sheet.lines[first.row])} to {int(sheet.lines[kept[1].last])}, which are then missing; "

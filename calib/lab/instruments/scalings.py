@@ -12,7 +12,7 @@ from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Scaling, Sheet
 from calib.lab.instruments.stated import OF_OTHERS, SCALE, quantity_of, stated_factors
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from calib.lab.instruments.vocabulary import words
 
 # Lines above a header and below a table that may speak of it, and rows at either end of it that are none.
@@ -155,7 +155,7 @@ def _beside(sheet: Sheet, number: int) -> Iterator[tuple[int, Scaling]]:
     named = quantity_of(words_of)
     of = {named} if kind == "offset" and named is not None else set(stated_factors([f"{words_of}: {value:g}"]))
     for index, heading in sheet.headings.items():
-        quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity)
+        quantity = stands_for(heading.quantity)
         if quantity in of or ("" in of and quantity != "time"):
             yield index, Scaling(number, f'"{words_of}" beside the table', kind, value)
 
@@ -203,7 +203,7 @@ def _of_columns(sheet: Sheet) -> Iterator[tuple[int, Scaling]]:
 def _quantity(sheet: Sheet, index: int) -> str:
     """What a column is of, "-" if it is not understood."""
     heading = sheet.headings.get(index)
-    return IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else "-"
+    return stands_for(heading.quantity) if heading is not None else "-"
 
 
 def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:
@@ -213,7 +213,7 @@ def _columns_of(sheet: Sheet, cells: Sequence[str]) -> list[int]:
     if called:
         return called
     of = {q for c in texts if (q := quantity_of(c)) is not None}
-    own = {i: IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in sheet.headings.items()}
+    own = {i: stands_for(h.quantity) for i, h in sheet.headings.items()}
     return [i for i, quantity in own.items() if of == {quantity}]
 
 

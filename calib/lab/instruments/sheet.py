@@ -28,7 +28,7 @@ from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.numbers import is_missing, is_over_range, to_numbers
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.together import understood_together
-from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT, looks_like_unit
+from calib.lab.instruments.units import SI_UNIT, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
 
 # What is more than the capacitance of any sample [F], a force by its letter alone, and cells that are looked at.
@@ -169,7 +169,7 @@ class Sheet:
         around = dict(enumerate(self.prelude, 1)) | dict(self.beside)
         for line, index, _ in self.text.of_columns:
             heading = self.headings.get(index)
-            quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity) if heading is not None else ""
+            quantity = stands_for(heading.quantity) if heading is not None else ""
             if quantity and line in around and not names_quantity(around[line], quantity):
                 around[line] += f" ({quantity})"
         return around
@@ -194,13 +194,13 @@ class Sheet:
     def headings(self) -> Mapping[int, Heading]:
         """Which columns are understood, and as what: cell index -> heading. What the user assigned goes first."""
         found: dict[int, Heading] = {}
-        given = {IN_PLACE_OF.get(q, q) for q in self.assigned.values()}
+        given = {stands_for(q) for q in self.assigned.values()}
         for index, name in enumerate(self.names):
             if index in self.assigned:
                 found[index] = heading_as(self.assigned[index], name, self.unit_below(index))
             elif name and index not in self.set_aside:
                 understood = understand(name, self.unit_below(index))
-                free = understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given
+                free = understood is not None and stands_for(understood.quantity) not in given
                 if understood is not None and free and not self._is_in_words(index, understood):
                     found[index] = understood
         together = understood_together(self.names, tuple(map(self.unit_below, range(len(self.names)))))

@@ -12,7 +12,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import difference, readings
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import words
 
 #: What to do with a force and a displacement that were read at other times.
@@ -62,7 +62,7 @@ def blocks_of_clocks(sheet: Sheet, columns: Sequence[Sequence[str]]) -> tuple[Cl
         spans = [range(t, end) for t, end in zip(times, ends, strict=True)]
     blocks = []
     for time, span in zip(times, spans, strict=True):
-        of_press = [(i, IN_PLACE_OF.get(plain[i].quantity, plain[i].quantity)) for i in span]
+        of_press = [(i, stands_for(plain[i].quantity)) for i in span]
         blocks.append(ClockBlock(time, span, tuple((i, q) for i, q in of_press if q in _MEASURED), sure))
     if not all(block.measured for block in blocks):
         return ()
@@ -101,7 +101,7 @@ def choice_of_clock(sheet: Sheet, blocks: Sequence[ClockBlock]) -> tuple[str, Ch
     sheet : their names.
     blocks : found by `blocks_of_clocks`.
     """
-    left_out = {IN_PLACE_OF.get(q, q) for i, q in sheet.assigned.items() if i < 0}
+    left_out = {stands_for(q) for i, q in sheet.assigned.items() if i < 0}
     blocks = [b for b in blocks if any(q not in left_out for _, q in b.measured)] or list(blocks)
     enough = [b for b in blocks if _is_enough({q for _, q in b.measured} - left_out)]
     if not enough and {"displacement", "force"} <= {q for b in blocks for _, q in b.measured}:
@@ -132,7 +132,7 @@ def of_one_clock(sheet: Sheet, start: int, reading: Reading) -> Sheet:
     if said is None or sum(sheet.plain_heading(i).quantity == "time" for i in range(len(sheet.names))) < 2:
         return sheet
     blocks = blocks_of_clocks(sheet, tuple(_columns(sheet, start)))
-    left_out = {IN_PLACE_OF.get(q, q) for i, q in sheet.assigned.items() if i < 0}
+    left_out = {stands_for(q) for i, q in sheet.assigned.items() if i < 0}
     own = next((b for b in blocks if b.time == said), None)
     if said < 0:
         _check_one_left(sheet, [b for b in blocks if any(q not in left_out for _, q in b.measured)])

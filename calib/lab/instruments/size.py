@@ -13,7 +13,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import SPACES
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import unit_of_numbers
-from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
+from calib.lab.instruments.units import SI_UNIT, stands_for
 from models.sensor import FloatArray
 
 #: Largest reading, in SI, between which the tests of small soft samples lie: outside of it the unit is wrong.
@@ -69,7 +69,7 @@ def implausible(
         size = np.where(np.isfinite(size), size, 0.0)
         row = int(np.argmax(size))
         top = float(size[row])
-        shown = IN_PLACE_OF.get(quantity, quantity)
+        shown = stands_for(quantity)
         said_again = bool({quantity, shown} & set(reading.units))
         high = _LARGE if shown == "capacitance" and not said_again else high
         if top == 0.0 or low <= top <= high:
@@ -168,7 +168,7 @@ def _without_marks(
     """
     faults = []
     for quantity, (large, digits) in _WHOLE.items():
-        shown = IN_PLACE_OF.get(quantity, quantity)
+        shown = stands_for(quantity)
         if quantity not in values or {quantity, shown} & set(reading.units) or sheet.text.typed:
             continue
         own = sheet.columns[places[quantity]]

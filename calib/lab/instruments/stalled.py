@@ -14,7 +14,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import last_step, noise_of
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from models.sensor import FloatArray
 
 _JUDGED = ("displacement", "force", "capacitance", "capacitance_series")
@@ -92,7 +92,7 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
         if column.quantity != "displacement" and _holds_its_peak(y[rows], values.get("displacement", np.zeros(0)), rows):
             told.faults.append(_of_peak(sheet, column, int(rows[-1])))
             continue
-        others = {q: v for q, v in values.items() if q in _JUDGED and _name(q) != _name(column.quantity)}
+        others = {q: v for q, v in values.items() if q in _JUDGED and stands_for(q) != stands_for(column.quantity)}
         held = _held(y, rows, others)
         if held:
             told.notes.append(
@@ -130,7 +130,7 @@ def _both_still(
     """
     both: dict[str, list[tuple[int, int, str]]] = {}
     own = [c for c in columns if c.quantity in _JUDGED[1:] and c.quantity in values]
-    if "displacement" not in values or len({_name(c.quantity) for c in own}) < 2:
+    if "displacement" not in values or len({stands_for(c.quantity) for c in own}) < 2:
         return both
     ball = {"displacement": values["displacement"]}
     still = {c.quantity: _standing(values[c.quantity]) for c in own}
@@ -138,7 +138,7 @@ def _both_still(
         rows = np.flatnonzero(np.isfinite(values[column.quantity]))
         written = last_digit(sheet.columns[column.index], rows) * column.factor
         for run in _runs(rows, values[column.quantity], ball, written, driven=False):
-            for other in (c.quantity for c in own if _name(c.quantity) != _name(column.quantity) and run[2] != "end"):
+            for other in (c.quantity for c in own if stands_for(c.quantity) != stands_for(column.quantity) and run[2] != "end"):
                 with_it = [ends for ends in still[other] if max(abs(ends[0] - run[0]), abs(ends[1] - run[1])) <= 1]
                 for ends, quantity in [(run[:2], column.quantity), *((ends, other) for ends in with_it[:1])]:
                     if with_it and not any(ends[0] == known[0] for known in both.get(quantity, ())):
@@ -181,7 +181,7 @@ def _held(y: FloatArray, rows: IntArray, others: Mapping[str, FloatArray]) -> in
 def _tell(
     sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, told: Stalled, others: str = "the other channels go on"
 ) -> None:
-    cells, name = sheet.columns[column.index], _name(column.quantity)
+    cells, name = sheet.columns[column.index], stands_for(column.quantity)
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     shown = f'"{cells[first].strip()[:40]}"'
     if kind == "end":
@@ -213,7 +213,7 @@ def _tell_asleep(
     cell, unit = sheet.columns[column.index][last].strip()[:40], unit_in_words(sheet, column.index, column.heading, reading)
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     why = (
-        f'{_name(column.quantity)} is "{cell}" to the last digit in {lines} and then begins with a jump of '
+        f'{stands_for(column.quantity)} is "{cell}" to the last digit in {lines} and then begins with a jump of '
         f"{jump / column.factor:.4g} {unit}, where it goes on by {step / column.factor:.2g} {unit} a row, as one "
         "below a threshold, or not on yet, would"
     )
@@ -248,8 +248,8 @@ def _tell_filled(sheet: Sheet, column: ReadColumn, first: int, last: int, told: 
     cell = sheet.columns[column.index][last].strip()[:40]
     lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
     why = (
-        f'{_name(column.quantity)} is "{cell}" to the last digit in {lines}, at {"an end" if first else "the beginning"} of '
-        "the record, while the other channels go on, as if not measured there, but filled from a neighbour"
+        f'{stands_for(column.quantity)} is "{cell}" to the last digit in {lines}, at {"an end" if first else "the beginning"} '
+        "of the record, while the other channels go on, as if not measured there, but filled from a neighbour"
     )
     told.notes.append(f'column "{sheet.names[column.index]}": {why}; these rows are left out')
     told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first, last + 1), why))
@@ -498,7 +498,7 @@ def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
         f'column "{name}" never goes back, and stands still at "{cell}" while the ball does, as a peak that is held '
         "does, and no reading of each row"
     )
-    quantity = _name(column.quantity)
+    quantity = stands_for(column.quantity)
     advice = (
         f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), quantity)}; if they are right, let "
         f"the header name the unit and say it once more: --units {quantity}=..."
@@ -514,7 +514,3 @@ def _of_filled(sheet: Sheet, column: ReadColumn, row: int, apart: int, number: f
     )
     advice = f'Empty the cells with "{cell}", so that a row has a reading or none, or export them so'
     return Fault(message, sheet.text.path, int(sheet.lines[row]), column.index + 1, advice=advice)
-
-
-def _name(quantity: str) -> str:
-    return IN_PLACE_OF.get(quantity, quantity)

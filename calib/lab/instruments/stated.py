@@ -12,7 +12,7 @@ from calib.lab.instruments.factor_words import FIGURES, MULTIPLES, MULTIPLIED
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.other_quantities import is_of_another, was_not_measured
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import understand
 
 #: Words for what readings are multiplied by.
@@ -463,12 +463,8 @@ def quantity_of(text: str) -> str | None:
         for start in range(len(parts) - size + 1):
             words = " ".join(parts[start : start + size])
             heading = understand(words) or understand(re.sub(r"s$", "", words))
-            if (
-                heading is not None
-                and len(heading.name) > 1
-                and IN_PLACE_OF.get(heading.quantity, heading.quantity) in _QUANTITIES
-            ):
-                return IN_PLACE_OF.get(heading.quantity, heading.quantity)
+            if heading is not None and len(heading.name) > 1 and stands_for(heading.quantity) in _QUANTITIES:
+                return stands_for(heading.quantity)
     return None
 
 
@@ -516,7 +512,7 @@ def _explained(line: str) -> tuple[str, str, str] | None:
     heading = understand(match["name"]) if match is not None else None
     if match is None or heading is None or heading.unit is not None or heading.index or heading.name_doubt:
         return None
-    quantity = IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    quantity = stands_for(heading.quantity)
     return (quantity, match["text"], match["unit"] or "") if quantity in _QUANTITIES else None
 
 

@@ -20,7 +20,7 @@ from calib.lab.instruments.passed_by import may_be_passed_by
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.together import unit_in
 from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell, with_its_unit
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, looks_like_unit
+from calib.lab.instruments.units import is_unit_of, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import NEEDS_UNIT, Heading, understand
 
 # Lines that are looked at before the first row.
@@ -419,7 +419,7 @@ def _leaves_columns(cells: Sequence[str], names: Sequence[str], units: Sequence[
 
 def _remarks(cells: Sequence[str], headings: Sequence[Heading | None], names: Sequence[str], units: Sequence[str]) -> bool:
     """Whether a row holds words that leave each column what it is, where no two are of one quantity or in units of one."""
-    quantities = [IN_PLACE_OF.get(h.quantity, h.quantity) for h in headings if h is not None]
+    quantities = [stands_for(h.quantity) for h in headings if h is not None]
     written = [unit or unit_in(name) for name, unit in zip_longest(names, units, fillvalue="")]
     apart = all(quantities.count(q) == 1 and sum(is_unit_of(u or "?", q) for u in written) < 2 for q in set(quantities))
     return apart and all(

@@ -16,7 +16,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import quantity_of
 from calib.lab.instruments.unit_choice import unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from models.sensor import FloatArray
 
 _LONGEST = 120
@@ -145,12 +145,12 @@ def told_otherwise(
     reading : a unit that is said once more is not doubted.
     """
     lines = sheet.lines_around
-    values = {**{IN_PLACE_OF.get(q, q): v for q, v in values.items()}, **values}
+    values = {**{stands_for(q): v for q, v in values.items()}, **values}
     told = [found for number, line in sorted(lines.items()) if (found := _told_in(line, number, decimal)) is not None]
     notes: list[str] = []
     faults: list[Fault] = []
     sure: dict[str, str] = {}  # quantity -> its unit, by what is told of it alone
-    of = {IN_PLACE_OF.get(c.quantity, c.quantity): c for c in columns}
+    of = {stands_for(c.quantity): c for c in columns}
     for kind, (quantities, measured_by, near) in _KINDS.items():
         own = [t for t in told if t.kind == kind]
         if not own or any(q not in of or q not in values for q in quantities):
@@ -237,7 +237,7 @@ def _ways(told: _Told, measured: Sequence[float], columns: Sequence[ReadColumn],
     """The quantities and units that make of the readings what is told."""
     found = []
     for column in columns:
-        quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+        quantity = stands_for(column.quantity)
         if column.clock or (told.is_rate and told.value < measured[0] < _LEAST_STEP * column.factor):
             continue
         power = -1 if quantity == "time" and told.kind == "speed" else 1

@@ -16,13 +16,13 @@ from calib.lab.instruments.rivals import readings
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import what_is_stated
 from calib.lab.instruments.units import (
-    IN_PLACE_OF,
     as_force,
     asked_factor,
     is_mass,
     is_unit_of,
     lab_factor,
     may_be_meant,
+    stands_for,
     usual_units,
 )
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, unit_of_normal_force
@@ -64,7 +64,7 @@ _STATED = {
 
 
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
-    return reading.units.get(quantity, reading.units.get(IN_PLACE_OF.get(quantity, quantity)))
+    return reading.units.get(quantity, reading.units.get(stands_for(quantity)))
 
 
 def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> tuple[Fault | None, float]:
@@ -84,14 +84,14 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     name, below = sheet.names[index], sheet.unit_below(index)
     of_index = unit_in_index(sheet, index)
     inside = heading.unit or of_index
-    declared, declared_line = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))
+    declared, declared_line = sheet.declared_units.get(stands_for(quantity), ("", 0))
     line = sheet.units_line if below and sheet.units_line is not None else sheet.named_at
     asked = _asked_unit(quantity, reading)
 
     def fault(message: str, advice: str, choice: Choice | None = None) -> tuple[Fault, float]:
         return Fault(message, sheet.text.path, line or None, index + 1, advice, choice), 1.0
 
-    shown = IN_PLACE_OF.get(quantity, quantity)
+    shown = stands_for(quantity)
     any_usual = Choice("units", _USUAL[shown], shown) if shown in _USUAL else None
     listed = units_to_say(quantity)
     example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: {listed}'
@@ -259,9 +259,7 @@ def _against(sheet: Sheet, index: int, quantity: str, factor: float) -> Iterator
         said, of = own.get(line, (words, -1))
         is_its_own, heading = of == index, sheet.headings.get(of)
         # What is said of a column needs no name of its quantity; of another one it must have it.
-        alike = heading is not None and IN_PLACE_OF.get(heading.quantity, heading.quantity) == IN_PLACE_OF.get(
-            quantity, quantity
-        )
+        alike = heading is not None and stands_for(heading.quantity) == stands_for(quantity)
         if line in own and not is_its_own and (alike or not names_quantity(said, quantity)):
             continue
         unit = unit_against(f"{quantity} {said}" if is_its_own else said, quantity, factor)
@@ -304,7 +302,7 @@ def units_to_say(quantity: str) -> str:
     >>> print(units_to_say("displacement"))
     --units displacement=..., one of m, dm, cm, mm, um, nm, Å, in, mil, uin, ft, with a factor if need be ("1e-5 mm")
     """
-    shown = IN_PLACE_OF.get(quantity, quantity)
+    shown = stands_for(quantity)
     units = usual_units(quantity)
     factor = f', with a factor if need be ("1e-5 {_USUAL[shown][0]}")' if shown in _USUAL else ""
     return f"--units {shown}=..., one of {', '.join(units)}{factor}"
@@ -318,7 +316,7 @@ def written_unit(sheet: Sheet, index: int, heading: Heading) -> str:
     sheet : the record.
     index, heading : which of its columns, and what it holds.
     """
-    declared = sheet.declared_units.get(IN_PLACE_OF.get(heading.quantity, heading.quantity), ("", 0))[0]
+    declared = sheet.declared_units.get(stands_for(heading.quantity), ("", 0))[0]
     return heading.unit or sheet.unit_below(index) or declared
 
 
@@ -414,7 +412,7 @@ def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, read
 
 def _factor_beside(sheet: Sheet, quantity: str) -> tuple[str, int] | None:
     """The factor that a line beside the table states of a quantity; one of no quantity is the amplifier's or the meter's."""
-    shown = IN_PLACE_OF.get(quantity, quantity)
+    shown = stands_for(quantity)
     of_any = sheet.declared_factors.get("") if shown in ("force", "capacitance") else None
     return sheet.declared_factors.get(shown, of_any)
 
@@ -488,5 +486,5 @@ def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Readin
     below = sheet.unit_below(index)
     if below:
         return f"{name} ({below})"
-    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    declared = sheet.declared_units.get(stands_for(quantity), ("", 0))[0]
     return f"{name} ({declared}, declared above)" if declared and not heading.unit and not clock else name

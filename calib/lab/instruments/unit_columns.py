@@ -17,7 +17,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import OF_UNITS, Sheet
 from calib.lab.instruments.unit_choice import units_to_say, written_unit
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor
+from calib.lab.instruments.units import is_unit_of, lab_factor, stands_for
 from calib.lab.instruments.vocabulary import Heading, understand
 from models.sensor import FloatArray
 
@@ -93,7 +93,7 @@ def _in_one_unit(sheet: Sheet, of: int, at: int, reading: Reading) -> tuple[list
     """
     heading = sheet.headings[of]
     quantity = heading.quantity
-    asked = quantity in reading.units or IN_PLACE_OF.get(quantity, quantity) in reading.units
+    asked = quantity in reading.units or stands_for(quantity) in reading.units
     own = [
         usual_case(sheet.names[of], unit.strip()) if is_numeric(c) else ""
         for unit, c in zip(sheet.columns[at], sheet.columns[of], strict=True)

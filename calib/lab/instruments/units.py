@@ -35,6 +35,16 @@ SI_UNIT: Mapping[str, str] = MappingProxyType(
 #: Quantities that a file may hold in place of another, which they become.
 IN_PLACE_OF: Mapping[str, str] = MappingProxyType({"capacitance_series": "capacitance", "quality": "dissipation"})
 
+
+def stands_for(quantity: str) -> str:
+    """The quantity that one becomes, and that the user says for it; itself for most.
+
+    >>> stands_for("capacitance_series"), stands_for("force")
+    ('capacitance', 'force')
+    """
+    return IN_PLACE_OF.get(quantity, quantity)
+
+
 # SI unit -> what `unit_factor` is asked for -> spellings, the usual one first. "MM" or "KN" can only mean one thing on a lab's
 # instrument; "MN" and "PF" may be meant for "mN" and "pF" and are not listed. A mass stands for its weight.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(

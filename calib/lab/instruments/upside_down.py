@@ -14,7 +14,7 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.spikes import SMOOTH, least_apart, noise_of
 from calib.lab.instruments.unit_choice import is_confirmed, unit_in_words
-from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.units import stands_for
 from models.sensor import BoolArray, FloatArray
 
 # Readings of a record, and of a block, at least.
@@ -51,7 +51,7 @@ def upside_down(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
     judged = [c for c in columns if c.quantity in SMOOTH and c.quantity in values]
     faults = []
     for column in judged:
-        beside = [values[q] for q in SMOOTH if q in values and _name(q) != _name(column.quantity)]
+        beside = [values[q] for q in SMOOTH if q in values and stands_for(q) != stands_for(column.quantity)]
         block = _block_of(values[column.quantity], beside)
         if block is not None and not is_confirmed(sheet, column.index, column.heading, column.factor, reading):
             faults.append(_fault(sheet, [column], block, reading))
@@ -64,10 +64,6 @@ def upside_down(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str
         if blocks[0] is not None and blocks[0] == blocks[1] and not said:
             faults.append(_fault(sheet, [one, other], blocks[0], reading))
     return faults
-
-
-def _name(quantity: str) -> str:
-    return IN_PLACE_OF.get(quantity, quantity)
 
 
 def _block_of(own: FloatArray, beside: Sequence[FloatArray]) -> tuple[int, int] | None:
@@ -85,7 +81,7 @@ def _fault(sheet: Sheet, columns: Sequence[ReadColumn], block: tuple[int, int], 
     """What to say of columns of which the same block stands in reversed order."""
     first, last = block
     column, lines = columns[0], (int(sheet.lines[first]), int(sheet.lines[last]))
-    cells, quantity = sheet.columns[column.index], _name(column.quantity)
+    cells, quantity = sheet.columns[column.index], stands_for(column.quantity)
     names = " and ".join(f'"{sheet.names[c.index]}"' for c in columns)
     message = (
         f"column{'s' if len(columns) > 1 else ''} {names}: the cells of lines {lines[0]} to {lines[1]} seem to stand in "
