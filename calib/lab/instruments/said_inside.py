@@ -190,7 +190,7 @@ def units_in(blocks: Mapping[str, Any]) -> dict[str, str]:
     """The units of columns by their names, as blocks state them, also within others.
 
     >>> units_in({"units": {"F": "N"}, "columns": [{"name": "t", "unit": "s"}], "x": {"unit": "mm", "sensor": "no 3"}})
-    {'F': 'N', 't': 's', 'x': 'mm'}
+    {'x': 'mm', 't': 's', 'F': 'N'}
     """
     found: dict[str, str] = {}
     for key, value in blocks.items():
