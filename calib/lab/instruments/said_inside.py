@@ -137,6 +137,11 @@ def _with_units(block: Mapping[str, Any]) -> Mapping[str, Any]:
 def is_few(n_value: int, longest: int) -> bool:
     """Whether so many values beside readings of the longest list are a setting, or results, and no readings.
 
+    Parameters
+    ----------
+    n_value : how many there are.
+    longest : how many values the longest list of the file has.
+
     >>> is_few(3, 80), is_few(12, 80), is_few(3, 5)
     (True, False, False)
     """
@@ -185,7 +190,7 @@ def units_in(blocks: Mapping[str, Any]) -> dict[str, str]:
     """The units of columns by their names, as blocks state them, also within others.
 
     >>> units_in({"units": {"F": "N"}, "columns": [{"name": "t", "unit": "s"}], "x": {"unit": "mm", "sensor": "no 3"}})
-    {'F': 'N', 't': 's', 'x': 'mm'}
+    {'x': 'mm', 't': 's', 'F': 'N'}
     """
     found: dict[str, str] = {}
     for key, value in blocks.items():
@@ -223,7 +228,13 @@ def _are_alike(one: str, other: str) -> bool:
 
 
 def of_column(said: Saying, names: Sequence[str]) -> int | None:
-    """The column that a saying names by one of its keys, and whose alone it is; None if it names none, or several do so."""
+    """The column that a saying names by one of its keys, and whose alone it is; None if it names none, or several do so.
+
+    Parameters
+    ----------
+    said : beside a table.
+    names : of the columns of this.
+    """
     called = {words(key) for key in said.keys}
     found = [index for index, name in enumerate(names) if name and words(name) in called]
     return found[0] if len(found) == 1 else None
