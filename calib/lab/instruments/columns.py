@@ -53,7 +53,7 @@ from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import MOVED
-from calib.lab.instruments.size import implausible, no_press, only_changes
+from calib.lab.instruments.size import implausible, is_usual_alone, no_press, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
@@ -215,6 +215,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         delimiter=sheet.delimiter,
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
         apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
+        usual=lambda c, largest: is_usual_alone(written[c].quantity, largest * written[c].factor),
     )
     alike = with_one_mark(sheet, [c.index for c in written]) if notation.conflict else None
     if alike is not None and reading.decimal == ".":

@@ -22,6 +22,16 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 #: The same for instruments of nanometres and micronewtons (`Reading.scale` "micro").
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
+# Largest readings [SI] that presses of soft sensors usually have.
+_USUAL: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "time": (0.5, 1e6),
+        "displacement": (2e-5, 5e-2),
+        "force": (2e-2, 1e3),
+        "capacitance": (1e-12, 2e-8),
+        "capacitance_series": (1e-12, 2e-8),
+    }
+)
 # A capacitance may be larger than this only if its unit is said once more.
 _LARGE = 1e-6
 # A force that stays within such a share of its largest reading is none of a press that begins without contact.
@@ -41,6 +51,23 @@ _UP = 0.98
 
 # Where a press is left without it.
 _LEAVE_OUT = "; or name another column of the capacitance, or leave it out: --columns capacitance=none"
+
+
+def is_usual_alone(quantity: str, largest: float) -> bool:
+    """Whether a largest reading is one that a press of a soft sensor has, and a thousand times as much is not.
+
+    Parameters
+    ----------
+    quantity : of any sort; all sizes of one without limits are usual as they are.
+    largest : [SI].
+
+    >>> is_usual_alone("capacitance", 97e-12), is_usual_alone("capacitance", 97e-15), is_usual_alone("force", 6.0)
+    (True, False, True)
+    """
+    if quantity not in _USUAL:
+        return True
+    low, high = _USUAL[quantity]
+    return low <= largest <= high and not low <= 1000 * largest <= high
 
 
 def implausible(

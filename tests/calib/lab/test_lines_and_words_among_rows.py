@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab import LabTable, read_lab_file
+from calib.lab import LabTable, Reading, read_lab_file
 from calib.lab.instruments.numbers import is_missing, is_over_range
 
 N = 100
@@ -109,6 +109,23 @@ def test_a_mark_is_decimal_beside_numbers_above_a_thousand_without_any(tmp_path:
     table = read_lab_file(putty(tmp_path, 1021, point=point))
     assert table.columns["capacitance"][0] == pytest.approx(97e-12, rel=1e-3)
     assert any("numbers above a thousand in other columns have none" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize(("column", "quantity"), [(1, "displacement"), (2, "force"), (3, "capacitance")])
+def test_a_mark_in_one_column_of_whole_numbers_may_set_thousands_apart(
+    tmp_path: Path, column: int, quantity: str, mark: str
+) -> None:
+    rows = [[12000 + 125 * k, 11000 + 800 * x, 1000 + 5000 * x**1.5, 97012 + 2000 * x**2] for k, x in enumerate(WAY)]
+    cells = [[f"{round(v):,}".replace(",", mark if i == column else "") for i, v in enumerate(row)] for row in rows]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join(["Zeit [ms];Weg [um];Kraft [mN];Cp [fF]", *map(";".join, cells)]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="may set thousands apart, as a spreadsheet does in some columns") as refused:
+        read_lab_file(path)
+    assert f'--decimal "{mark}"' in str(refused.value)
+    written = read_lab_file(path, Reading(decimal="," if mark == "." else ".")).columns[quantity]
+    unit = {"displacement": 1e-6, "force": 1e-3, "capacitance": 1e-15}[quantity]
+    np.testing.assert_allclose(written, [round(row[column]) * unit for row in rows])
 
 
 def test_a_mark_is_open_where_no_number_is_above_a_thousand(tmp_path: Path) -> None:
