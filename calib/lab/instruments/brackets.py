@@ -111,8 +111,12 @@ _RANGE = re.compile(
     r"(?:±|0\s?(?:-|–|to|bis|\.{2,3})\s?)?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)"
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
-# The same without its unit: "FS=10", "range 10".
-_REACH_ALONE = re.compile(rf"(?:{RATED}|{RANGE})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?", re.IGNORECASE)
+# The same without its unit, "FS=10", "range 10", or without a number: "high range", "auto-range".
+_REACH_ALONE = re.compile(
+    rf"(?:{RATED}|{RANGE})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?|"
+    rf"(?:high|low|wide|narrow|auto(?:matic)?|full|hoher|niedriger|großer|kleiner)[ -]?(?:{RANGE})",
+    re.IGNORECASE,
+)
 # At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"

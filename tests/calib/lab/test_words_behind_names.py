@@ -103,6 +103,11 @@ def test_the_reach_of_a_sensor_may_stand_beside_its_unit_in_a_row_of_units(tmp_p
         _is_force(read_lab_file(path))
 
 
+@pytest.mark.parametrize("words", ["high range", "low range", "auto range", "hoher Messbereich"])
+def test_which_range_a_cell_was_in_is_no_statistic(tmp_path: Path, words: str) -> None:
+    _is_force(_read(tmp_path, f"Force ({words}) (N)"))
+
+
 @pytest.mark.parametrize("words", ["max", "max 20", "max of 5", "peak 20 N", "range"])
 def test_a_maximum_of_readings_stays_a_statistic(tmp_path: Path, words: str) -> None:
     for form in ("Force ({}) (N)", "Force (N) {}"):
