@@ -178,7 +178,8 @@ def _of_object(name: str, value: Mapping[str, Any], around: _Around, depth: int)
     lists = {
         k: v for k, v in value.items() if k in lists or (_are_cells(v) and len(v) in sizes and not is_few(len(v), longest))
     }
-    read = {*signals, *lists, *(by_number or ()), *(named.used if named is not None else ())}
+    of_rows = by_number is not None and not by_number.keys() <= value.keys()  # its keys are the numbers of rows
+    read = {*signals, *lists, *(value if of_rows else by_number or ()), *(named.used if named is not None else ())}
     others = {k: v for k, v in value.items() if k not in read}
     inside = {k: v for k, v in others.items() if _holds_readings(v, longest)}
     # The schema of pandas says of its columns what these are themselves.
