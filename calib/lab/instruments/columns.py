@@ -215,7 +215,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         delimiter=sheet.delimiter,
         beside=cache(lambda: _mark_beside(trusted, [c.index for c in columns])),
         apart_beside=cache(lambda: _apart_beside(trusted, [c.index for c in columns])),
-        usual=lambda c, largest: is_usual_alone(written[c].quantity, largest * written[c].factor),
+        fits=lambda c, largest: is_usual_alone(written[c].quantity, largest * written[c].factor),
     )
     alike = with_one_mark(sheet, [c.index for c in written]) if notation.conflict else None
     if alike is not None and reading.decimal == ".":

@@ -150,7 +150,7 @@ def decide_notation(
     delimiter: str = "",
     beside: Callable[[], tuple[str, str]] = lambda: ("", ""),
     apart_beside: Callable[[], Mapping[str, str]] = dict,
-    usual: Callable[[int, float], bool] = lambda column, largest: True,
+    fits: Callable[[int, float], bool] = lambda column, largest: True,
 ) -> Notation:
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
@@ -173,8 +173,8 @@ def decide_notation(
     beside : finds the decimal mark of its times of day, or of columns that are not read, "" if they show none, and which these
         are; asked where nothing else tells.
     apart_beside : finds the marks that set thousands apart in columns that are not read, and in which.
-    usual : whether the largest number of a column is a reading as it is, and none if it is a thousand times as large; asked where
-        numbers above a thousand in other columns have no mark: a program has them in none, a spreadsheet in some.
+    fits : whether the largest number of a column is a reading as it is, and none if it is a thousand times as large; asked
+        where numbers above a thousand in other columns have no mark: a program has them in none, a spreadsheet in some.
     """
     texts = ["\n" + "\n".join(column) for column in columns]
     commas = ["," in text for text in texts]
@@ -222,7 +222,7 @@ def decide_notation(
     courses = [_course(text, columns[c], seen) if not shown[c] else "" for c, text in enumerate(texts)]
     apart_by = {mark: names[c] for c, text in enumerate(texts) if courses[c] == "thousands" for mark in ".," if mark in text}
     for c, text in enumerate(texts):
-        others = _Others(seen, apart_in, apart_by, beside, apart_beside, partial(usual, c), large=bool(plain))
+        others = _Others(seen, apart_in, apart_by, beside, apart_beside, partial(fits, c), large=bool(plain))
         if not declared and asked and courses[c] != "thousands" and _says_otherwise(text, asked, others):
             return _contradicted(asked, texts, shown, strong)
         decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], courses[c], others, declared, asked, delimiter)
@@ -291,7 +291,7 @@ class _Others:
     seen : decimal marks that columns show.
     apart_in : marks that set thousands apart in millions.
     apart_by : marks that set thousands apart as the course of a column shows, and which column.
-    beside, apart_beside, usual : as of `decide_notation`, of this column.
+    beside, apart_beside, fits : as of `decide_notation`, of this column.
     large : whether a column has numbers above a thousand without any mark.
     """
 
@@ -300,7 +300,7 @@ class _Others:
     apart_by: Mapping[str, str]
     beside: Callable[[], tuple[str, str]]
     apart_beside: Callable[[], Mapping[str, str]]
-    usual: Callable[[float], bool]
+    fits: Callable[[float], bool]
     large: bool
 
     def sets_apart(self, mark: str) -> str:
@@ -374,7 +374,7 @@ def _decimal(
     if others.large and not plain:
         largest = float(np.nanmax(np.abs(to_numbers(cells, mark).values)))
         words = f"its {_NAMES[mark]} is the decimal mark, as numbers above a thousand in other columns have none"
-        if others.usual(largest):
+        if others.fits(largest):
             return mark, f"{words}, and a thousand times as much would be too large", "", ()
         words = f"the {_NAMES[mark]} may set thousands apart, as a spreadsheet does in some columns, or be the decimal mark"
         return "", "", f"{words}: with thousands the largest number is {1000 * largest:.7g}, else {largest:.6g}", (match,)

@@ -41,7 +41,7 @@ def test_what_pandas_writes_is_read(tmp_path: Path, orient: Any, indent: int) ->
     if orient != "values":
         table = read(tmp_path, text)
         is_press(table)
-        assert not any("properties" in left for left in map(str, table.unread))  # the readings are none
+        assert not any("properties" in note for note in table.notes)  # the readings are none
         return
     columns, units = {"time": "1", "displacement": "2", "force": "3"}, {"time": "s", "displacement": "mm", "force": "N"}
     is_press(read(tmp_path, text, columns=columns, units=units))
