@@ -52,7 +52,26 @@ _OF_ONE = (
         r"(?:\s+(?:nehmen|genommen|multipli\w+|rechnen|gerechnet|teilen|geteilt|divid\w+|zu \w+))?[\s!.]*",
         re.IGNORECASE,
     ),
+    re.compile(
+        rf"(?P<before>[^\d]*?)[\s:;,\t]+(?:mit|met|by|con|avec|par|por|per|[/:])(?P<behind>\s*)(?P<number>{_NUMBER})\s+(?:zu\s+)?"
+        r"(?:multipli\w+|moltiplic\w+|malnehmen|vermenigvuldig\w*|divid\w+|teilen|rechnen)[\s!.]*",
+        re.IGNORECASE,
+    ),
     re.compile(rf"(?P<before>[FCdsz])(?P<behind>[\s:]*)[x×*]\s?(?P<number>{_NUMBER})[\s!.]*"),
+)
+# "factor 0.1 on load channel", "gain of 10 for force".
+_ON = re.compile(
+    rf"(?<![^\W_])(?P<word>{SCALE})[\s:=]+(?:of\s+|von\s+)?(?P<number>{_NUMBER})\s?[x×]?\s+"
+    r"(?:on|of|for|to|in|auf|für|von|bei|am|sur|pour|de|du|en|para|su|per)\s+"
+    r"(?:(?:the|der|die|das|dem|le|la|el|il)\s+|l['’])?(?P<what>[^\d]+)",
+    re.IGNORECASE,
+)
+# "Lever arm ratio 5", "Hebelverhältnis 1:5": of the load, whichever way it is.
+_LEVER = re.compile(
+    r"(?<![^\W_])(?:lever(?:[ _-]?arm)?|hebel(?:arm)?s?|bras de levier|levier|palanca|braccio|leva)[ _-]*(?:d[eiu]l?\s+)?"
+    r"(?:(?:ratio|fa[ck]tor|verhältnis|übersetzung|rapport|relación|rapporto)[\s:=\t]*(?:1\s?[:/]\s?)?"
+    rf"(?P<number>{_NUMBER})(?:\s?[:/]\s?1)?|[\s:=\t]*(?:1\s?:\s?(?P<to>{_NUMBER})|(?P<from>{_NUMBER})\s?:\s?1))(?![\w.,:]|\s[^\W\d_])",
+    re.IGNORECASE,
 )
 _SYMBOLS = {"F": "force", "C": "capacitance", "d": "displacement", "s": "displacement", "z": "displacement"}
 _OF_FITS = re.compile(r"correl|korrel|regress|variat|variation|fit\b|determin|friction|reib|[rR]²|\bR2\b", re.IGNORECASE)
@@ -83,6 +102,12 @@ _OTHERWISE = (
         re.IGNORECASE,
     ),
     re.compile(rf"(?P<what>[^\d]*?)(?:1\s?[/:]\s?)(?P<number>{_NUMBER})\s+scale\b", re.IGNORECASE),
+    re.compile(
+        r"(?P<what>[^\d]*?)(?<![^\W_])(?:is|are|reads?|shows?|ist|sind|zeigt|est|sont|es|son|è|sono)\s+(?:only\s+|nur\s+)?"
+        rf"1\s?/\s?(?P<number>{_NUMBER})\s+(?:of|der|des|vom|von|de|du|del|della)\s+(?:(?:the|la|il|le)\s+)?"
+        r"(?:real|true|actual|tatsächlich\w*|wahr\w*|wirklich\w*|réel\w*|vrai\w*|verdader\w*|ver[ao]|reale|what)(?![^\W_])",
+        re.IGNORECASE,
+    ),
     re.compile(rf"(?P<what>[^\d=]*)=\s*[^\d]*[^\W\d]\S*\s*(?:[*/×]|\sx\s)\s*(?P<number>{_NUMBER})\s*$", re.IGNORECASE),
     re.compile(rf"(?P<what>[^\d=]*)=\s*(?P<number>{_NUMBER})\s*(?:[*×]|\sx\s)\s*[^\W\d].*", re.IGNORECASE),
     re.compile(
@@ -179,8 +204,8 @@ _NOT_DONE = re.compile(
 # What a factor of the readings is called, too, where it is said to be left to do: by itself it says how they were made.
 _OF_CALIBRATION = re.compile(r"cal(?:ibrat\w*)?\b|kalibrier", re.IGNORECASE)
 _CONSTANT = re.compile(
-    r"\b(?:cal|calibration|correction|conversion|kalibrier|korrektur)[ .-]{0,2}"
-    r"(?:constants?|coefficients?|konstante|koeffizient)\b",
+    r"\b(?:(?:cal|calibration|correction|conversion|kalibrier|korrektur)[ .-]{0,2}"
+    r"(?:constants?|coefficients?|konstante|koeffizient)|sensitivity|empfindlichkeit|sensibilité|sensibilidad|sensibilità)\b",
     re.IGNORECASE,
 )
 # "data normalised to maximum", "force normalized": numbers without a unit.
@@ -390,6 +415,13 @@ def _factors_of(line: str) -> tuple[str, ...]:
                 continue
             if quantity is not None or pattern not in _PRODUCTS:
                 return (quantity or "",)
+    lever = _LEVER.search(line)
+    if lever is not None and not _is_one(lever["number"] or lever["to"] or lever["from"]):
+        return ("force",)
+    on = _ON.search(line)
+    of = quantity_of(on["what"]) if on is not None and not _RANGE_WORD.search(on["word"]) and not _of_others(line) else None
+    if on is not None and of is not None and not _is_one(on["number"]):
+        return (of,)
     for pattern in _OF_ONE:
         match = pattern.fullmatch(line)
         if match is not None and not _is_one(match["number"]) and not _OF_FITS.search(line) and not _of_others(line):
@@ -462,7 +494,7 @@ def quantity_of(text: str) -> str | None:
     for size in range(min(len(parts), 3), 0, -1):
         for start in range(len(parts) - size + 1):
             words = " ".join(parts[start : start + size])
-            heading = understand(words) or understand(re.sub(r"s$", "", words))
+            heading = understand(words) or understand(re.sub(r"(?:s|(?:mess)?werten?)$", "", words))
             if heading is not None and len(heading.name) > 1 and stands_for(heading.quantity) in _QUANTITIES:
                 return stands_for(heading.quantity)
     return None
