@@ -393,6 +393,12 @@ _RUN = re.compile(
     r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
     re.IGNORECASE,
 )
+# A line that is nothing but a name with a number: "# S2", "# sensor B7", "File: press_02.csv".
+_NAME_ALONE = re.compile(
+    r"[#%/;*\s\"']*(?:[a-z]{1,3}[ _-]?\d{1,3}|(?:sensors?|capteur|balls?|kugel|electrode|elektrode|spot|pad|taxel|channel)"
+    r"\s*(?:no\.?|nr\.?|#|:|=)?\s*[a-z]{0,3}[ _-]?\d{1,3}|(?:file|filename|datei|fichier|archivo)\s*[:=]\s*\S.*)[\s,;\"'=-]*",
+    re.IGNORECASE,
+)
 # So much of a remark is looked at.
 _LONGEST_REMARK = 200
 _ANOTHER_RUN = (
@@ -412,9 +418,13 @@ def _is_remark(line: str) -> bool:
     status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
     if status is not None:
         return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return _PAGE.fullmatch(plain) is not None or (
-        is_comment(line) and not SPECIMEN.search(line) and not _RUN.search(line) and not changes_the_rig(line)
-    )
+    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not _names_another(line) and not changes_the_rig(line))
+
+
+def _names_another(line: str) -> bool:
+    """Whether a line may name another specimen, sensor, file or run."""
+    plain = line[:_LONGEST_REMARK]
+    return any(form is not None for form in (SPECIMEN.search(plain), _RUN.search(plain), _NAME_ALONE.fullmatch(plain)))
 
 
 # What was changed for another, in either order of the words.
@@ -426,11 +436,14 @@ _CHANGED = (
 _OF_RIG = (
     r"specimens?|samples?|test ?pieces?|sensors?|balls?|indenters?|tips?|probe[ns]?|prüfling|prüfkörper|kugel|stempel|"
     r"eindringkörper|éprouvette|échantillon|capteur|bille|poinçon|probeta|muestra|bola|punta|provino|campione|sfera|"
-    r"amostra|esfera|monster|kogel|próbka|kulka"
+    r"amostra|esfera|monster|kogel|próbka|kulka|electrodes?|elektroden?|électrodes?|electrodos?|elettrod[oi]|"
+    r"press(?:es)?|spots?|stelle"
 )
 _CHANGE_OF_RIG = re.compile(
     rf"(?<![^\W_])(?:(?:{_CHANGED})(?:\W+\w+)?\W+(?:{_OF_RIG})|(?:{_OF_RIG})\W+(?:\w+\W+)?(?:{_CHANGED}))(?![^\W_])"
-    r"|(?:新|换|換|更换|交換|別の).{0,3}(?:试样|試験片|サンプル|样品|球|传感器|センサ)",
+    r"|(?:新|换|換|更换|交換|別の).{0,3}(?:试样|試験片|サンプル|样品|球|传感器|センサ)"
+    rf"|(?<![^\W_])(?:moved|shifted|verschoben|déplacée?|movid[oa]|spostat[oa])(?:\W+\w+)?\W+(?:{_OF_RIG})(?![^\W_])"
+    rf"|(?<![^\W_])(?:{_OF_RIG})(?![^\W_])[^.;]{{0,20}}(?:->|→|=>)",
     re.IGNORECASE,
 )
 
@@ -543,9 +556,9 @@ def _numbered(header: Sequence[str]) -> str:
 
 
 def _label(sheet: Sheet, header: int) -> str:
-    """The nearest line above a header that names a specimen, within eight lines."""
+    """The nearest line above a header that names a specimen, a sensor, a file or a run, within eight lines."""
     for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
-        if SPECIMEN.search(line):
+        if _names_another(line):
             named = re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()
             return _NUMBER_OF_PAGE.sub("", named)[:60]
     return ""
@@ -591,9 +604,8 @@ def _check_same_units(sheet: Sheet, blocks: Sequence[_Block]) -> None:
 
 
 def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> bool:
-    labels = {b.label for b in blocks if b.label}
     time = next((i for i, h in sheet.headings.items() if h.quantity == "time"), None)
-    if time is None or len(labels) > 1:
+    if time is None or any(b.label not in ("", blocks[0].label) for b in blocks):
         return False
 
     ends = [(_number_of(sheet, rows[b.rows[0]], time), _number_of(sheet, rows[b.rows[-1]], time)) for b in blocks]

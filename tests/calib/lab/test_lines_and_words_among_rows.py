@@ -70,6 +70,13 @@ def test_a_line_that_changes_nothing_is_left_out_with_a_note(tmp_path: Path, lin
         "loading",
         "start",
         "unloading 2",
+        "# sensor B7",
+        "# S2",
+        "# other electrode",
+        "# electrode changed",
+        "# moved to spot 2",
+        "# ball 5 mm -> 10 mm",
+        "# 14:32 next press",
     ],
 )
 def test_a_line_that_may_begin_another_record_is_refused_with_two_files_as_advice(tmp_path: Path, line: str) -> None:
@@ -77,6 +84,18 @@ def test_a_line_that_may_begin_another_record_is_refused_with_two_files_as_advic
         read(tmp_path, line)
     assert "stands among the rows" in str(error.value)
     assert error.value.faults[0].line == 2 + N // 2
+
+
+@pytest.mark.parametrize("first", ["", "Sample: S1|"])
+@pytest.mark.parametrize("line", ["Sensor: B7", "Test 2", "File: press_02.csv", "Sample: S2"])
+def test_a_header_that_stands_again_below_another_name_begins_another_record(tmp_path: Path, line: str, first: str) -> None:
+    header = "Time (s),Displacement (mm),Force (N)"
+    rows = [f"{0.1 * k:.1f},{x:.4f},{4 * max(x - 0.15, 0.0) ** 1.5:.4f}" for k, x in enumerate([*WAY, *WAY])]
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([*first.split("|")[:-1], header, *rows[:N], line, header, *rows[N:]]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the file holds 2 specimens"):
+        read_lab_file(path)
+    assert read_lab_file(path, Reading(specimen=2)).columns["time"].size == N
 
 
 @pytest.mark.parametrize("cell", ["1.#QNAN", "-1.#IND", "1.#QNAN0", "-1.#IND00", "NaN", "-nan(ind)", "-nan"])
