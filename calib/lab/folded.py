@@ -1,4 +1,4 @@
-"""From a force over the way of the ball to the rows in which it bounces off zero, as one shown without its sign does."""
+"""From a force over the way of the ball to where it bounces off zero, or pulls upside down, as one without its sign does."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from calib.lab.shape import calm
 from calib.lab.signal import reading_noise, reversals
@@ -24,6 +25,16 @@ _MOST, _ROUNDS = 40, 6
 # while as written they are off by so many times more and so many squares of the noise.
 _NOISES, _ALIKE, _SMOOTHER = 8.0, 0.2, 16.0
 _AS_NOISE, _TIMES, _FEWER = 3.0, 1.5, 150.0
+# A pull without its sign is a hump of so many noises and such a share of the largest force, between the press and the rest;
+# next to the press it comes to such a share of itself, and at the rest it is no more than that.
+_HUMP, _OF_ALL, _LOW = 12.0, 0.02, 0.2
+# Readings below zero by so many noises are no zero that was set behind the loss of the sign.
+_BELOW = 4.0
+# No step is a larger share of the side next to the press, and the ball goes on evenly there, to such a share of that way.
+_STEP, _EVENLY = 0.5, 0.25
+# Up to the first share of the hump it takes no larger part of the rows to the second, as where its side is no line but round;
+# on the side of the press it is below the last share of the hump in no more rows than that.
+_FOOT, _HALF, _ROUND, _FLAT = 0.1, 0.5, 0.6, 0.03
 
 
 def bounces_of(driver: FloatArray, abscissa: FloatArray, force: FloatArray) -> list[int]:
@@ -46,13 +57,89 @@ def bounces_of(driver: FloatArray, abscissa: FloatArray, force: FloatArray) -> l
     size = np.abs(force)
     if force.size < 2 * _LEAST or np.any(force > 0) == np.any(force < 0) or np.min(size) > _NEAR_ZERO * np.max(size):
         return []
+    noise = reading_noise(size)
+    found = [(a, _bounce(abscissa[a : b + 1], size[a : b + 1], noise)) for a, b in _ways(driver)]
+    return [a + row for a, row in found if row is not None]
+
+
+def pulls_of(driver: FloatArray, force: FloatArray) -> list[tuple[int, int]]:
+    """Find where a force comes to zero between a press and a hump, as the pull of a sticky sample does without its sign.
+
+    Behind a press, or before it, the load of a ball that goes on is at rest or pulls the other way. Where it comes to zero in
+    one place, grows again in the sense of the press as the ball goes on, and is then at rest, it was a pull. A hump that falls
+    to zero at once towards the press is one of something that broke; one whose foot is round is none that was turned over; and
+    one in which the ball stands still is of what recovers in a hold.
+
+    Parameters
+    ----------
+    driver : what goes with the ball, a displacement or a capacitance, (n_row,), in the order of reading.
+    force : in either sign, (n_row,). All are finite.
+
+    Returns
+    -------
+    The first and the last row of each pull, one at most on each way of the ball.
+    """
+    if force.size < 2 * _LEAST:
+        return []
+    size = force if abs(float(np.max(force))) >= abs(float(np.min(force))) else -force
+    noise = reading_noise(size)
+    if np.min(size) < -_BELOW * noise:
+        return []
+    largest = float(np.max(size))
+    found = []
+    for a, b in _ways(driver):
+        for inwards in (False, True):
+            step = -1 if inwards else 1
+            pull = _pull(driver[a : b + 1][::step], size[a : b + 1][::step], max(_HUMP * noise, _OF_ALL * largest), noise)
+            if pull is not None:
+                first, last = pull
+                found.append((b - last, b - first) if inwards else (a + first, a + last))
+    return found
+
+
+def _ways(driver: FloatArray) -> list[tuple[int, int]]:
+    """The first and the last row of each way of the ball, from turn to turn."""
     every = max(1, driver.size // _FINE)
     path = calm(driver[::every])
     turns = [every * k for k in reversals(path, max(_WAY * float(np.ptp(path)), 6 * reading_noise(driver)))]
-    noise = reading_noise(size)
-    ways = list(pairwise(turns))[:_MOST]
-    found = [(a, _bounce(abscissa[a : b + 1], size[a : b + 1], noise)) for a, b in ways]
-    return [a + row for a, row in found if row is not None]
+    return list(pairwise(turns))[:_MOST]
+
+
+def _pull(driver: FloatArray, size: FloatArray, least: float, noise: float) -> tuple[int, int] | None:
+    """The first and the last row of a hump behind a press, on one way of the ball out of it; None if there is none."""
+    start = int(np.argmax(np.abs(driver - driver[-1])))
+    driver, size = driver[start:], size[start:]
+    if size.size < 3 * _LEAST:
+        return None
+    course = np.asarray(median_filter(size, size=3, mode="nearest"))
+    fallen = np.minimum.accumulate(course)
+    top = int(np.argmax(np.where(fallen <= _LOW * course, course - fallen, 0.0)))
+    zero = int(np.argmin(course[: top + 1]))
+    zero = max(zero - 1, 0) + int(np.argmin(size[max(zero - 1, 0) : zero + 2]))
+    hump, low = float(course[top]), _LOW * float(course[top])
+    behind = course[top + 1 :]
+    if hump < least or top - zero < 2 or behind.size < _LEAST or float(np.max(course[: zero + 1])) < max(least, low):
+        return None
+    rest = float(np.median(behind[-max(_LEAST, behind.size // 4) :]))
+    if rest > low:
+        return None
+    side, way = size[zero : top + 1], driver[zero : top + 1]
+    if np.max(np.diff(course[zero : top + 1])) > _STEP * hump or not _goes_on(way, driver):
+        return None
+    foot, half = (int(np.argmax(side >= share * hump + 3 * noise)) for share in (_FOOT, _HALF))
+    flat = int(np.argmax(size[zero::-1] >= _FLAT * hump + 3 * noise))
+    if foot > max(2.0, _ROUND * half) or flat > half + 2:
+        return None
+    return start + zero, start + top + 1 + int(np.argmax(behind <= rest + 3 * noise))
+
+
+def _goes_on(way: FloatArray, driver: FloatArray) -> bool:
+    """Whether the ball goes on evenly, in the sense of its whole way."""
+    went = float(way[-1] - way[0])
+    if went * float(driver[-1] - driver[0]) <= 0 or abs(went) < 4 * reading_noise(driver):
+        return False
+    even = way[0] + went * np.arange(way.size) / (way.size - 1)
+    return bool(np.max(np.abs(way - even)) <= _EVENLY * abs(went) + 2 * reading_noise(driver))
 
 
 def _bounce(x: FloatArray, size: FloatArray, noise: float) -> int | None:

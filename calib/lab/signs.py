@@ -27,7 +27,7 @@ from calib.lab.evidence import (
     why,
     words_for,
 )
-from calib.lab.folded import bounces_of
+from calib.lab.folded import bounces_of, pulls_of
 from calib.lab.instruments import LabTable, says_sense
 from calib.lab.linear import slope_and_error
 from calib.lab.shape import NOTHING, Shape, at_the_end_of_its_range, calm, shape_of, steady
@@ -67,6 +67,9 @@ _ON, _BACK = 0.1, 0.02
 _TURNED = 0.5
 # Share of the rows of a stretch that are near its turn, and by how much of their sum paces on both sides of it differ at most.
 _NEAR_TURN, _SAME_PACE = 0.15, 0.2
+
+# Which readings of a force without its sign are of the other sense, and before which a minus is missing.
+_ON_ONE_SIDE, _WITHIN = ("on one side of there", "on the side out of contact"), ("there", "in these lines")
 
 _RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
 _APART = "force changes, but not with the displacement"
@@ -149,22 +152,33 @@ def _bounce(table: LabTable, displacement: FloatArray | None, force: FloatArray 
     along = driver if displacement is not None else time
     rows = np.flatnonzero(good & np.isfinite(force) & np.isfinite(driver) & np.isfinite(along))
     found = bounces_of(driver[rows], along[rows], force[rows])
-    if not found:
+    if found:
+        at = _lines([str(line) for line in table.lines[rows[found]].tolist()])
+        return (
+            f"the force comes to zero at {at} and leaves it at the same pace, while the ball goes on, as one without its sign"
+        )
+    pulls = [table.lines[rows[list(pull)]].tolist() for pull in pulls_of(driver[rows], force[rows])]
+    if not pulls:
         return ""
-    lines = [str(line) for line in table.lines[rows[found]].tolist()]
+    where = _lines([f"{first} to {last}" for first, last in pulls])
+    return f"the force grows again in {where} as the ball goes on between the press and its rest, as a pull without its sign"
+
+
+def _lines(lines: list[str]) -> str:
+    """Name some lines, the first of many."""
     shown = ", ".join(lines[:4]) + (f" and {len(lines) - 4} others" if len(lines) > 4 else "")
-    where = f"line{'s' if len(lines) > 1 else ''} {shown}"
-    return f"the force comes to zero at {where} and leaves it at the same pace, while the ball goes on, as one without its sign"
+    return f"line{'s' if len(lines) > 1 or ' ' in lines[0] else ''} {shown}"
 
 
 def _without_sign(table: LabTable, bounce: str) -> Fault:
     """Refuse a force of which some readings have lost their sign, unless it is said that they have theirs."""
+    of_others, minus = _WITHIN if bounce.endswith("a pull without its sign") else _ON_ONE_SIDE
     return Fault(
-        f"{bounce} would: the readings on one side of there are of the other sense",
+        f"{bounce} would: the readings {of_others} are of the other sense",
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
-        advice="Export the force with its sign, or write a minus before the readings on the side out of contact; if they are "
-        f'right as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
+        advice=f"Export the force with its sign, or write a minus before the readings {minus}; if they are right "
+        f'as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
         choice=Choice("sign", tuple(SIGNS), "force"),
     )
 

@@ -22,7 +22,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, in_words, other_clock
-from calib.lab.instruments.rivals import difference, goes_back, holds_clock, moves_with, readings, stands_still
+from calib.lab.instruments.rivals import add_up, difference, goes_back, holds_clock, moves_with, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
 from calib.lab.instruments.units import is_mass, is_unit_of, lab_factor, stands_for
@@ -534,16 +534,25 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
         one, other = readings([sheet.columns[i] for i in (own, index)], factors, sheet.declared_decimal)
         still = stands_still(one) and not stands_still(other)
         rival = quantity == "displacement" and _nearer_the_ball(sheet.names[own], sheet.names[index])
-        if still or (rival and moves_with(one, other) and difference(one, other)[0] == "different"):
+        parts = quantity == "displacement" and add_up(one, other)
+        if still or parts or (rival and moves_with(one, other) and difference(one, other)[0] == "different"):
             choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (index, own)), quantity)
             own_does, other_does = ("stands still", "moves") if still else (f"is a {quantity}", "moves with it, but differs")
+            advice = f"Say which one is the {quantity}: {choice}"
+            if parts:
+                choice = Choice("columns", (sheet.name_for_asking(own),), quantity)
+                own_does, other_does = (
+                    "goes in steps",
+                    "goes on between them, as a fine drive on a coarse one: neither is the way alone",
+                )
+                advice = f"Write their sum, in one unit, in the place of both; if the steps alone are the {quantity}: {choice}"
             faults.append(
                 Fault(
                     f'"{sheet.names[own]}" {own_does}, and "{sheet.names[index]}", which is not understood, {other_does}',
                     sheet.text.path,
                     sheet.named_at,
                     index + 1,
-                    advice=f"Say which one is the {quantity}: {choice}",
+                    advice=advice,
                     choice=choice,
                 )
             )

@@ -17,6 +17,9 @@ _SEEN = 4000
 _SHARE = 0.01
 # Two columns may be one quantity, measured twice, where spans differ by no more than this factor and readings go together.
 _AS_MUCH, _TOGETHER, _FEWEST_TOGETHER = 2.0, 0.95, 5
+# The sum of two parts of one way goes as far as such a share of the one with steps; of these, in few rows but several, the
+# other takes back all but such a share in so many.
+_AS_FAR, _FEW, _SEVERAL, _LEFT, _MANY = 0.5, 0.25, 3, 0.3, 0.6
 
 
 def readings(columns: Sequence[Sequence[str]], factors: Sequence[float], decimal: str = "") -> list[FloatArray]:
@@ -106,6 +109,29 @@ def moves_with(one: FloatArray, other: FloatArray) -> bool:
         return False
     as_much = 1 / _AS_MUCH <= float(np.ptp(b) / np.ptp(a)) <= _AS_MUCH
     return as_much and abs(float(np.corrcoef(a, b)[0, 1])) > _TOGETHER
+
+
+def add_up(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two columns are the parts of one way, as of two drives: one goes in steps, which the other takes back.
+
+    Parameters
+    ----------
+    one, other : readings in SI, (n_row,).
+
+    >>> way = np.linspace(0, 0.95, 40)
+    >>> add_up(np.floor(10 * way) / 10, way - np.floor(10 * way) / 10), add_up(way, way + 0.01)
+    (True, False)
+    """
+    both = np.isfinite(one) & np.isfinite(other)
+    a, b = one[both], other[both]
+    if a.size < _FEWEST_TOGETHER:
+        return False
+    step = np.abs(np.diff(a))
+    steps = step > 0.5 * np.max(step)
+    if not _SEVERAL <= np.count_nonzero(steps) <= _FEW * a.size or np.ptp(a + b) < _AS_FAR * np.ptp(a):
+        return False
+    taken_back = np.abs(np.diff(a + b))[steps] <= _LEFT * step[steps]
+    return bool(np.mean(taken_back) >= _MANY)
 
 
 def but_for_zero(one: FloatArray, other: FloatArray) -> float:

@@ -32,6 +32,8 @@ _MOST_SLACK = 0.15
 _BY_CHANCE = 0.003
 # Of readings that are rarer than they were taken only some may be kept, unless their times differ by such numbers.
 _LEAST_STEP = 5.0
+# Powers of ten between the usual units of one quantity, as of N after mN.
+_THOUSANDS = (3.0, 6.0)
 # Figures of a number that is none that was chosen.
 _FIGURES = 3
 # A displacement moves steadily where such a share of its way is gone within so much of one speed.
@@ -165,7 +167,7 @@ def told_otherwise(
         ways = [] if set(quantities) & set(reading.units) else _ways(told_first, measured, [of[q] for q in quantities], near)
         ways = [way for way in ways if sure.get(way[0]) != ""]
         ways = [way for way in ways if way[0] in sure] or ways
-        if not ways or _may_be_chosen(told_first, measured):
+        if not ways or _may_be_chosen(told_first, measured, [of[q].factor for q in quantities], ways):
             notes.append(f"{said}: nothing in the file says which is right")
             continue
         if len(quantities) == 1:
@@ -253,9 +255,16 @@ def _ways(told: _Told, measured: Sequence[float], columns: Sequence[ReadColumn],
     return found
 
 
-def _may_be_chosen(told: _Told, measured: Sequence[float]) -> bool:
-    """Whether a maximum is a round number above all readings, as of a limit."""
-    return told.kind in ("force", "displacement") and told.figures < _FIGURES and told.value > max(measured)
+def _may_be_chosen(told: _Told, measured: Sequence[float], factors: Sequence[float], ways: Sequence[tuple[str, str]]) -> bool:
+    """Whether a maximum is a round number above all readings, as of a limit, that no unit a thousand times larger would meet.
+
+    A limit is ten or a hundred times what is reached more often than its very figures a thousand or a million times smaller.
+    """
+    if told.kind not in ("force", "displacement") or told.figures >= _FIGURES or told.value <= max(measured):
+        return False
+    usual = [(q, unit, factor) for (q, unit), factor in zip(ways, factors, strict=False) if unit in _UNITS[q]]
+    by = [lab_factor(unit, quantity) / factor for quantity, unit, factor in usual]
+    return not any(round(math.log10(ratio), 9) in _THOUSANDS for ratio in by)
 
 
 # --- what is told --------------------------------------------------------------------------------------------------------

@@ -104,11 +104,12 @@ def rows_late(x: FloatArray, y: FloatArray) -> float | None:
     if found is None or found[1] > TURN_OF_CHANNEL:
         return None
     late = found[0] - turn
-    # The row beside the turn that a shift by one row puts on the other branch.
-    row = int(np.ceil(turn)) if late > 0 else int(np.floor(turn))
+    # The row beside the turn that a shift by one row puts on the other branch; a turn next to a row is at it.
+    at = int(np.floor(turn + TURN_OF_PLACE))
+    row = at + 1 if late > 0 else at
     of_shift = row - turn if late > 0 else row - (turn - 1.0)
-    if late > 1.0 + TELLS and of_shift < TELLS:  # of several rows the next one tells more
-        row, of_shift = row + 1, of_shift + 1.0
+    if abs(late) > 1.0 + TELLS and of_shift < TELLS:  # of several rows the next one tells more
+        row, of_shift = (row + 1 if late > 0 else row - 1), of_shift + 1.0
     first = last = row
     if abs(late) > 1.0 + TELLS:  # those on the wrong branch are beside neither course
         first, last = (row, max(row, int(np.ceil(found[0])))) if late > 0 else (min(row, int(np.floor(found[0])) + 1), row)

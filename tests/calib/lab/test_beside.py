@@ -12,6 +12,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from models.sensor import FloatArray
 
 N = 120
 TIME = np.round(np.arange(N) * 0.1, 6)
@@ -568,3 +569,33 @@ def test_side_cells_of_the_names_that_speak_of_the_readings_are_asked_about(
 )
 def test_other_side_cells_of_the_names_are_named_alone(tmp_path: Path, words: str, value: Any) -> None:
     assert_press(read_lab_file(as_book(tmp_path / "a.xlsx", {"Data": [[*NAMES, None, words, value], *ROWS]})))
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Stage position (mm)", "Piezo position (um)"),
+        ("Displacement (mm)", "Displacement fine (um)"),
+        ("Weg (mm)", "Feintrieb (um)"),
+        ("Stage (mm)", "Nano (um)"),
+    ],
+)
+def test_a_fine_drive_on_a_coarse_one_is_no_part_to_leave_out(tmp_path: Path, names: tuple[str, str]) -> None:
+    place = 0.005 * np.concatenate([np.arange(200), np.arange(200)[::-1]])
+    coarse = np.floor(np.round(10 * place, 6)) / 10
+    force = 4 * np.clip(place - 0.2, 0, None) ** 1.5 + np.random.default_rng(1).normal(0, 0.003, place.size)
+
+    def read(fine: FloatArray, columns: dict[str, str] | None = None) -> LabTable:
+        path = tmp_path / "press.csv"
+        rows = zip(0.1 * np.arange(place.size), coarse if fine is not place else place, 1000 * fine, force, strict=True)
+        cells = "".join(f"{t:.1f},{a:.4f},{b:.2f},{f:.4f}\n" for t, a, b, f in rows)
+        path.write_text(f"Time (s),{','.join(names)},Force (N)\n{cells}", encoding="utf-8")
+        return read_lab_file(path, Reading(columns=columns or {}))
+
+    with pytest.raises(InputError, match="neither is the way alone") as caught:
+        read(place - coarse)
+    assert f'--columns "displacement={names[0]}"' in caught.value.faults[0].advice
+    said = read(place - coarse, {"displacement": names[0]})
+    assert np.allclose(said.columns["displacement"], coarse / 1000)
+    if names[0] != "Stage (mm)":  # the same way twice, neither in steps
+        assert np.allclose(read(place).columns["displacement"], place / 1000)

@@ -101,3 +101,66 @@ def test_a_ball_that_turns_round_at_zero_load_is_no_bounce(tmp_path: Path) -> No
     time = 0.05 * np.arange(200, dtype=np.float64)
     columns: dict[str, FloatArray] = {"time": time, "displacement": swing, "force": 4 * swing - 2, "capacitance": swing + 97}
     assert "pace" not in _read(tmp_path, Turning(press.depth, columns), columns["force"], sign="compression positive").sign_note
+
+
+def _sticky(pull: float, shape: str, snap: bool = False) -> tuple[Turning, FloatArray]:
+    """A press of a ball that comes off with a pull [N], sharp or smooth, and snaps into contact with half of it, if at all."""
+    press = turning_press(halves=200)
+    place = press.columns["displacement"]
+    back = np.arange(place.size) > np.argmax(place)
+    x = (place - 0.3) / 0.15
+    course = (
+        np.where((x < 1) & (x > -0.5), pull * (1 - x) / 1.5, 0.0)
+        if shape == "sharp"
+        else pull * np.exp(-(((x + 0.2) / 0.5) ** 2))
+    )
+    load = 5.0 * np.clip(place - 0.3, 0, None) ** 1.5
+    pulled = np.where(back, course, 0.5 * course * snap)
+    return press, load - pulled + np.random.default_rng(4).normal(0, 0.002, place.size)
+
+
+@pytest.mark.parametrize("layout", ["all", "no time"])
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("shape", ["sharp", "smooth"])
+@pytest.mark.parametrize(("pull", "tare"), [(0.2, 0.0), (0.8, 0.0), (4.0, 0.0), (0.8, 0.0016)])
+def test_a_pull_without_its_sign_is_refused(
+    tmp_path: Path, pull: float, tare: float, shape: str, sense: int, layout: str
+) -> None:
+    press, force = _sticky(pull, shape)
+    with pytest.raises(InputError, match="as a pull without its sign would") as caught:
+        _read(tmp_path, press, sense * (np.abs(force) - tare), layout)
+    first, last = (int(n) - 2 for n in re.findall(r"lines (\d+) to (\d+)", str(caught.value))[0])
+    pulled = np.flatnonzero(force < -0.3 * pull)
+    assert first <= pulled[0] <= pulled[-1] <= last
+    row = np.arange(force.size)
+    repaired = _read(tmp_path, press, np.where((row >= first) & (row <= last), -1, 1) * np.abs(force))
+    assert repaired.force is not None
+    assert np.nanmax(np.abs(repaired.force - force)) < 0.1
+    assert np.count_nonzero(np.isnan(repaired.force)) <= 2
+    said = _read(tmp_path, press, sense * np.abs(force), sign="compression positive" if sense > 0 else "compression negative")
+    assert "as a pull without its sign" in said.signs["force"].note
+
+
+def test_so_is_one_before_the_press(tmp_path: Path) -> None:
+    press, force = _sticky(0.8, "smooth", snap=True)
+    with pytest.raises(InputError, match=r"in lines \d+ to \d+, \d+ to \d+ as the ball goes on"):
+        _read(tmp_path, press, np.abs(force))
+
+
+@pytest.mark.parametrize("shape", ["sharp", "smooth"])
+def test_a_pull_with_its_sign_or_clipped_and_humps_of_holds_and_other_presses_are_read(tmp_path: Path, shape: str) -> None:
+    press, force = _sticky(0.8, shape)
+    place = press.columns["displacement"]
+    hold = np.full(40, 0.2)
+    longer = np.concatenate([place[place.size // 2 :][place[place.size // 2 :] > 0.2], hold, np.linspace(0.2, 0, 40)])
+    longer = np.concatenate([place[: place.size // 2], longer])
+    grows = np.where(np.abs(longer - 0.2) < 1e-9, 0.3 * np.sin(np.pi * np.cumsum(np.abs(longer - 0.2) < 1e-9) / 41), 0.0)
+    again = np.concatenate([place, 0.4 * np.sin(np.linspace(0, np.pi, 80))])
+    for way, load in (
+        (place, force),
+        (place, np.maximum(force, 0.0)),
+        (longer, np.abs(5.0 * np.clip(longer - 0.3, 0, None) ** 1.5 + grows)),
+        (again, np.round(5.0 * np.clip(again - 0.3, 0, None) ** 1.5, 2)),
+    ):
+        other = Turning(way, {"displacement": way, "force": load})
+        assert "without its sign" not in _read(tmp_path, other, load, "no time", "compression positive").sign_note

@@ -220,6 +220,21 @@ def test_a_column_pasted_some_rows_off_turns_in_another_row(tmp_path: Path, colu
     assert all(v.number == pytest.approx(late, abs=0.35) and "pasted" in v.advice for v in found)
 
 
+@pytest.mark.parametrize("apart", [-5, -3, -2, -1, 0, 1, 2, 3, 5])
+@pytest.mark.parametrize("turn", [60.0, 59.97, 60.04])
+def test_a_column_pasted_some_rows_off_is_told_where_the_ball_turns_at_a_reading(
+    tmp_path: Path, turn: float, apart: int
+) -> None:
+    x = 1.4 - 0.02 * np.abs(np.arange(121) - turn)
+    f = np.roll(8.0 * np.clip(x - 0.4, 0, None) ** 1.6, apart) + 0.004 * np.random.default_rng(3).normal(size=x.size)
+    cells = [f"{b:.4f}" if 0 <= i - apart < x.size else "" for i, b in enumerate(f)]
+    rows = "".join(f"{0.1 * i:.1f},{a:.5f},{b}\n" for i, (a, b) in enumerate(zip(x, cells, strict=True)))
+    path = tmp_path / "press.csv"
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "rows apart"]
+    assert [round(v.number) for v in found] == ([apart] if apart else [])
+
+
 @pytest.mark.parametrize("held", ["drop", "backlash", "hold"])
 def test_what_a_machine_does_at_a_turn_is_no_shift_by_a_row(tmp_path: Path, held: str) -> None:
     for seed in range(20):

@@ -211,6 +211,30 @@ def test_a_round_maximum_above_all_readings_may_be_a_limit(tmp_path: Path) -> No
     assert any("as it is read the largest force" in note for note in told(tmp_path, "Max force: 50 N", scale=scale).notes)
 
 
+@pytest.mark.parametrize(
+    ("above", "header", "quantity", "units"),
+    [
+        ("Max. force: 5.0 N", PLAIN.replace("(N)", "(mN)"), "force", ("N", "mN")),
+        ("Fmax = 5 N", PLAIN.replace("(N)", "(mN)"), "force", ("N", "mN")),
+        ("Maximalkraft: 5 kN", PLAIN, "force", ("kN", "N")),
+        ("Max displacement: 1.0 mm", PLAIN.replace("(mm)", "(um)"), "displacement", ("mm", "um")),
+        ("Größter Weg: 1 mm", PLAIN.replace("(mm)", "(nm)"), "displacement", ("mm", "nm")),
+    ],
+)
+def test_a_round_maximum_that_another_unit_would_meet_is_asked_about(
+    tmp_path: Path, above: str, header: str, quantity: str, units: tuple[str, str]
+) -> None:
+    scale = (1, 1 / PLACE.max(), 5 / FORCE.max(), 1)
+    with pytest.raises(calib.InputError, match="as another unit would make it") as error:
+        told(tmp_path, above, header=header, scale=scale)
+    (fault,) = error.value.faults
+    for unit in units:
+        assert f"--units {quantity}={unit}" in fault.advice
+        table = told(tmp_path, above, header=header, scale=scale, units={quantity: unit})
+        size = {"N": 5.0, "mN": 5e-3, "kN": 5e3, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}[unit]
+        assert np.nanmax(table.columns[quantity]) == pytest.approx(size, rel=0.01)
+
+
 def test_a_large_capacitance_is_read_only_if_its_unit_is_said_once_more(tmp_path: Path) -> None:
     header = PLAIN.replace("pF", "uF")
     with pytest.raises(calib.InputError, match=r"say it once more: --units capacitance=uF"):
