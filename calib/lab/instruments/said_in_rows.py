@@ -19,14 +19,15 @@ _SELDOM = 0.2
 def with_said_in_rows(sheet: Sheet) -> Sheet:
     """Take what a column that is not read says in all its cells as a line beside the table: "Mode: Cs-D", "Gain: 10".
 
-    Of a column that is empty but for a few cells only what its first row says; a number says something as a factor alone.
+    Of a column that is empty but for a few cells only what its first row says; a number says something as a factor alone. So
+    is taken what other sheets of the file say.
 
     Parameters
     ----------
     sheet : the record, of the rows that are read.
     """
-    said: list[tuple[int, str]] = []
-    factors: dict[str, tuple[str, int]] = {}
+    said = [(-number, words) for number, words in enumerate(sheet.text.elsewhere, 1)]
+    factors = {q: (words[:60], line) for line, words in said for q in stated_factors([words])}
     taken = {line for line, _ in sheet.beside}
     for name, cell, rows in _constant(sheet):
         words = _named(name, cell)
