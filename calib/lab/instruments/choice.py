@@ -338,7 +338,7 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     headings = dict(sheet.headings)
     notes: list[str] = []
     faults: list[Fault] = []
-    above = said_circuit(sheet.prelude_of(OF_METER))
+    above = said_circuit(sheet.prelude_of(OF_METER), sheet.in_every_row)
     for index, heading in sheet.headings.items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
             continue

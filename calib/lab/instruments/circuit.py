@@ -21,10 +21,15 @@ _OF_CIRCUIT = (
     r"montage|schéma|schemat|circuito|equ|prim(?:ary)?|ser/par|imp)"
 )
 _AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
+# Behind a series of tests stands its number: "Measurement: series 3".
+_OF_NUMBER = r"(?:#|no\b|nr\b|n°)?\.?\s*\d"
 _SERIES = re.compile(
     rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
-    rf"\b(?:ser|series?|serie[ns]?|seriell|série|szeregow\w*|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
-    r"series capacitance|pojemność szeregowa|直列|串联|串聯|\bcs(?:[dq]|rs|esr)\b|^\W*ser\W*$|\bcircuit\W+s\W*$",
+    rf"\b(?:ser|series?|serie[ns]?|seriell|série|szeregow\w*|reihe\w*|cs|ls)\b(?!\s*{_OF_NUMBER})|"
+    rf"\b(?:series|serial|serien?|reihen)[ -]*{_AFTER}|\b(?:circuit|equivalent|model)\W+serial\W*$|"
+    r"series capacitance|pojemność szeregowa|直列|串联|串聯|\bcs(?:[dq]|rs|esr)\b|^\W*ser\W*$|\bcircuit\W+s\W*$|"
+    r"^\W*(?:type|typ|art|tipo)\W+(?:ser|series?|serien?|seriell|série|reihe)\W*$|"
+    r"^\W*(?:(?:remarks?|comments?|notes?|bemerkung|hinweis|kommentar|remarque|commentaire)\W+)?(?-i:Cs)\W*$",
     re.IGNORECASE,
 )
 _PARALLEL = re.compile(
@@ -44,14 +49,19 @@ class Circuit:
     line: int
 
 
-def said_circuit(lines: Sequence[str]) -> Circuit | None:
-    """Which equivalent circuit is named above a header; None if none is.
+def said_circuit(lines: Sequence[str], in_rows: Sequence[tuple[int, str]] = ()) -> Circuit | None:
+    """Which equivalent circuit is named above a header, or in every row; None if none is.
+
+    Parameters
+    ----------
+    lines : above the header.
+    in_rows : 1-based line and words of what columns say in every row.
 
     >>> said_circuit(["IM3536", "MODE,SERIES"]).word, said_circuit(["Measure: Cp-D"]).word
     ('series', 'parallel')
     """
     found: list[Circuit] = []
-    for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
+    for number, line in (*enumerate(lines[-200:], max(len(lines) - 200, 0) + 1), *in_rows):
         series, parallel = _SERIES.search(line), _PARALLEL.search(line)
         if series or parallel:
             word = "both" if series and parallel else "series" if series else "parallel"

@@ -49,6 +49,7 @@ from calib.lab.instruments.rounded import Rounded, course_of, rounded_rows
 from calib.lab.instruments.rounded import in_words as told_of_rounded
 from calib.lab.instruments.row_counts import told_rows
 from calib.lab.instruments.rows import OF_RESULTS
+from calib.lab.instruments.said_in_rows import with_said_in_rows, words_in_rows
 from calib.lab.instruments.sense import sense_of_load
 from calib.lab.instruments.series_loss import series_loss
 from calib.lab.instruments.sheet import Sheet
@@ -115,9 +116,9 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
 def _read_rows_asked(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read the rows that the user chose, all where none are chosen."""
     if not reading.where:
-        return _read_rows(sheet, family, reason, reading)
+        return _read_rows(with_said_in_rows(sheet), family, reason, reading)
     asked = rows_asked(sheet, reading)
-    table = _read_rows(only_rows(sheet, asked.kept), family, reason, reading)
+    table = _read_rows(with_said_in_rows(only_rows(sheet, asked.kept)), family, reason, reading)
     keys = {key.what: key for key in (_unread(sheet, index, "rows are chosen by it") for index in asked.columns)}
     unread = (*asked.others, *(keys.get(unread.what, unread) for unread in table.unread))
     return replace(table, notes=(*asked.notes, *table.notes), unread=unread)
@@ -151,7 +152,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []
     without_unit: set[str] = set()
-    noted = footnotes(sheet, ((n, sheet.text.lines[n - 1]) for n in sheet.lines_around if 0 < n <= len(sheet.text.lines)))
+    around = sheet.lines_around.keys() - dict(sheet.in_every_row).keys()
+    noted = footnotes(sheet, ((n, sheet.text.lines[n - 1]) for n in sorted(around) if 0 < n <= len(sheet.text.lines)))
     for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
@@ -306,7 +308,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     factors = {c.quantity: c.factor for c in columns if c.quantity not in without_unit and not c.clock}
     told, remarks = remarks_on_scale(sheet, places, factors, reading)
     named = {c.quantity: (sheet.name_for_asking(c.index), c.index) for c in columns}
-    remarks += disowned_in(sheet.lines_around.items(), named, reading, sheet.text.path)
+    around_and_in = dict.fromkeys((*sheet.lines_around.items(), *words_in_rows(sheet)))
+    remarks += disowned_in(around_and_in, named, reading, sheet.text.path)
     notes, faults = [*notes, *told], [*faults, *remarks]
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     again = pasted_rows(values) if not faults else {}

@@ -27,6 +27,9 @@ _SWAPPED = _words(
     r"swapped|exchanged|interchanged|switched round|mixed up|transposed|vertauscht|verwechselt|inversée?s|échangée?s|"
     r"interverti\w*|intercambiad\w+|invertid\w+|trocad\w+|scambiat\w+|invertit\w+|verwisseld|zamienion\w+"
 )
+# "F and z swapped": two quantities by their symbols.
+_SYMBOLS = {"F": "force", "C": "capacitance"} | dict.fromkeys("dsxzh", "displacement")
+_TWO_SYMBOLS = re.compile(r"(?<![^\W_])([FCdsxzh])\s*(?:and|und|et|y|e|en|i|&|,|/|<?->)\s*([FCdsxzh])(?![^\W_])")
 _WRONG = _words(
     r"wrong|mistaken?|incorrect|mislabell?ed|misnamed|erroneous|(?:is|are|was|were) (?:really|actually|in fact)|instead of|"
     r"should (?:be|read|say)|falsch\w*|fehlerhaft|eigentlich|in wirklichkeit|tatsächlich|sollte|faux|fausse|erronée?s?|"
@@ -194,6 +197,9 @@ def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...
     numbered = any(index >= 0 for _, index in read.values())  # as they are not on another sheet
     numbers = {int(n) - 1 for match in _NUMBERED.finditer(line) for n in match.groups() if n and numbered}
     named += [q for q in _QUANTITIES if q in own and q not in named and read[own[q]][1] in numbers]
+    pair = _TWO_SYMBOLS.search(line) if swapped else None
+    by_symbol = {_SYMBOLS[symbol] for symbol in pair.groups()} if pair is not None else set()
+    named += [q for q in _QUANTITIES if q in by_symbol and q in own and q not in named and len(by_symbol) > 1]
     if swapped and len(named) > 1:
         return tuple(named)
     of_unit = tuple(q for q in named if unit_against(line, q, math.nan))

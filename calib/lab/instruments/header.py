@@ -723,6 +723,10 @@ def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
             _declare(declared, _listed_units(parts), number)
             continue
         apart = " ".join(parts).split()
+        strokes = apart[0].split("/") if len(apart) == 1 else []
+        if len(strokes) >= _LISTED and all(map(looks_like_unit, strokes)):
+            _declare(declared, _listed_units(strokes), number)
+            continue
         if _is_list_of_units(apart):
             _declare(declared, _listed_units([unit.strip("()[]") for unit in apart]), number)
             continue

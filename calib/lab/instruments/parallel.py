@@ -15,6 +15,8 @@ from models.sensor import FloatArray
 # Share of Cs by which Cp may differ from what Cs and D make of it.
 _ALIKE = 0.2
 # Columns that are not read and from which the loss follows.
+# What a note says that a circuit is named beside the record.
+_AS_SAID = "is a series capacitance: "
 _TELLS_LOSS = ("a resistance or impedance", "an angle")
 
 
@@ -61,9 +63,11 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
         of_told = (
             f"It follows from {told}: D = 2 pi f Rs Cs, or 1/tan of the angle's size; write it into a column D of the file"
         )
+        said = next((note.split(_AS_SAID, 1)[1] for note in table.notes if _AS_SAID in note), "")
         raise InputError(
             Fault(
-                f'"{source}" is a series capacitance, and there is no column D to convert it to Cp',
+                f'"{source}" is a series capacitance, and there is no column D to convert it to Cp'
+                + (f" ({said})" if said else ""),
                 table.path,
                 header_line or None,
                 advice=f"Log D too, or set the meter to Cp. {of_told if told else as_cp}",

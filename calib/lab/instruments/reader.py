@@ -22,6 +22,7 @@ from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
 from calib.lab.instruments.legend import with_legend
 from calib.lab.instruments.lines import FEW_ROWS, telling
 from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.other_sheets import said_in_sheets, with_its_sheet, with_their_sheets
 from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import EXPORT_ALIKE, CellTypes, Part
 from calib.lab.instruments.plain_clocks import with_plain_clocks
@@ -131,7 +132,7 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         raise InputError(Fault("there is nothing in the file", path, advice="Export it again from the instrument's software"))
     if reading.sheet:
         own, others = _asked(path, parts, reading.sheet)
-        table = _read_part(path, own, reading)
+        table = _read_part(path, own, reading, said_in_sheets([part for part in others if _holds_no_record(part, reading)]))
         return _with_unread(table, own, {part.title: part.reason or f"{own.title} was asked for" for part in others})
     faults: dict[Part, InputError] = {}
     read: dict[Part, LabTable] = {}
@@ -159,11 +160,14 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         )
     if len(parts) == 1 or chosen:
         own = chosen[0] if chosen else parts[0]
-        if own in faults:
+        said = said_in_sheets([part for part in parts if part not in records and part is not own])
+        if said:
+            read[own] = _read_part(path, own, reading, said)
+        elif own in faults:
             raise faults[own]
         _heed_remarks(path, read[own], [part for part in parts if part not in records], reading)
         why = {
-            part.title: "it is hidden" if part in records else few.get(part) or _why(part, faults.get(part)) + _said_by(part)
+            part.title: "it is hidden" if part in records else (few.get(part) or _why(part, faults.get(part))) + _said_by(part)
             for part in parts
             if part is not own
         }
@@ -206,11 +210,12 @@ def _asked(path: Path, parts: Sequence[Part], name: str) -> tuple[Part, list[Par
     return found[0], [part for part in parts if part is not found[0]]
 
 
-def _read_part(path: Path, part: Part, reading: Reading) -> LabTable:
+def _read_part(path: Path, part: Part, reading: Reading, said: Sequence[tuple[str, str]] = ()) -> LabTable:
     if part.text is None:
         raise InputError(Fault(f"{part.title} is no table: {part.reason}", path, advice=_ANOTHER))
     try:
-        table = _read_text(_with_its_name(part.text, part), reading, part.types)
+        text = replace(_with_its_name(part.text, part), elsewhere=tuple(words for _, words in said))
+        table = with_their_sheets(_read_text(text, reading, part.types), said)
         return replace(table, lines=table.lines - part.above)
     except SeveralSpecimens as error:
         raise SeveralSpecimens(_of(part, error.faults[0]), error.count) from None
@@ -218,7 +223,8 @@ def _read_part(path: Path, part: Part, reading: Reading) -> LabTable:
         unknown = uncalculated_fault(part)
         told = unknown is None or any(fault.advice == unknown.advice for fault in error.faults)
         more = () if told or unknown is None else (unknown,)
-        raise InputError([_of(part, fault) for fault in (*more, *error.faults)]) from None
+        placed = [with_its_sheet(fault, said) for fault in (*more, *error.faults)]
+        raise InputError([_of(part, fault, where) for fault, where in placed]) from None
 
 
 def _with_its_name(text: LabText, part: Part) -> LabText:
@@ -226,9 +232,9 @@ def _with_its_name(text: LabText, part: Part) -> LabText:
     return replace(text, comments=(*text.comments, (1, -1, part.name))) if next(stated_units(part.name), None) else text
 
 
-def _of(part: Part, fault: Fault) -> Fault:
+def _of(part: Part, fault: Fault, where: str = "") -> Fault:
     line = fault.line if not part.above or fault.line is None else fault.line - part.above
-    return replace(fault, message=f"{part.title}: {fault.message}", line=line if line is None or line > 0 else None)
+    return replace(fault, message=f"{where or part.title}: {fault.message}", line=line if line is None or line > 0 else None)
 
 
 def _times_apart(path: Path, parts: Sequence[Part], reading: Reading) -> Fault | None:
@@ -260,6 +266,11 @@ def _named_in(text: LabText, reading: Reading) -> set[str]:
         return set()
     quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
     return quantities | {heading.quantity for heading, _ in designated(tuple(found[2]), ("",) * len(found[2])).values()}
+
+
+def _holds_no_record(part: Part, reading: Reading) -> bool:
+    """Whether a part is a sheet of a few lines, or one in which no header of a record is found."""
+    return part.text is not None and (_n_rows(part) < FEW_ROWS or not _is_record(part.text, reading))
 
 
 def _n_rows(part: Part) -> int:

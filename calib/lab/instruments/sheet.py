@@ -90,6 +90,7 @@ class Sheet:
     scalings : column -> what rows of factors and offsets, or a table of channels, state of it.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
     beside : 1-based line and words of what stands above, below and among the rows, in empty columns and on cells.
+    in_every_row : of these, what columns that are not read say in all their cells, behind their names, and other sheets.
     """
 
     text: LabText
@@ -111,6 +112,7 @@ class Sheet:
     declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     scalings: Mapping[int, tuple[Scaling, ...]] = field(default_factory=dict)
     beside: tuple[tuple[int, str], ...] = ()
+    in_every_row: tuple[tuple[int, str], ...] = ()
 
     @property
     def prelude(self) -> tuple[str, ...]:
@@ -166,7 +168,7 @@ class Sheet:
 
         Behind one that is of a column alone, and does not say of which quantity, stands this in brackets.
         """
-        around = dict(enumerate(self.prelude, 1)) | dict(self.beside)
+        around = dict(enumerate(self.prelude, 1)) | {line: words for line, words in self.beside if line >= 0}
         for line, index, _ in self.text.of_columns:
             heading = self.headings.get(index)
             quantity = stands_for(heading.quantity) if heading is not None else ""

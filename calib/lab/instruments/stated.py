@@ -30,6 +30,12 @@ _FACTOR = re.compile(
 )
 # "Amplifier offset 0.5": the number is of what stands behind the word of a factor.
 _OF_OFFSETS = re.compile(r"offset|intercept|versatz|décalage|desfase", re.IGNORECASE)
+# "Gain 10 on force": of what stands behind the number.
+_ON = re.compile(
+    rf"(?<![^\W_])(?P<word>{SCALE})(?![^\W_])[\s:=]*[x×]?\s?(?P<number>{_NUMBER})\s*"
+    r"(?:\(|(?:on|for|of|auf|für|bei|sur|pour|sul?|per|para|en)\s+)(?:the\s+|der\s+|die\s+|la\s+|le\s+)?(?P<what>[^\W\d_][^\d]*)",
+    re.IGNORECASE,
+)
 _TIMES = re.compile(
     rf"(?P<before>[^\d]*?)[\s:=,;\t([]*(?:[x×*]\s?(?P<number>{_NUMBER})|(?P<first>10+)\s?[x×])[)\]\s,;\t\"]*", re.I
 )
@@ -203,6 +209,7 @@ _NOT_DONE = re.compile(
 )
 # What a factor of the readings is called, too, where it is said to be left to do: by itself it says how they were made.
 _OF_CALIBRATION = re.compile(r"cal(?:ibrat\w*)?\b|kalibrier", re.IGNORECASE)
+_BY_MARK = re.compile(r"(?<![^\W_])[x×](?=\s?\d)", re.IGNORECASE)
 _CONSTANT = re.compile(
     r"\b(?:(?:cal|calibration|correction|conversion|kalibrier|korrektur)[ .-]{0,2}"
     r"(?:constants?|coefficients?|konstante|koeffizient)|sensitivity|empfindlichkeit|sensibilité|sensibilidad|sensibilità)\b",
@@ -373,11 +380,19 @@ def _factors_of(line: str) -> tuple[str, ...]:
         everything = _ALL.search(line) is not None or not normalised["what"].strip()
         return () if _NOT_NORMALISED.search(line) or (of is None and not everything) else (of or "",)
     left = _NOT_DONE.search(line)
-    if left is not None and (scale := _SCALE_WORD.search(line) or _CONSTANT.search(line)) and not _of_others(line):
+    if (
+        left is not None
+        and (scale := _SCALE_WORD.search(line) or _CONSTANT.search(line) or _BY_MARK.search(line))
+        and not _of_others(line)
+    ):
         number = re.search(_NUMBER, line[scale.end() :])
         if number is not None and not _is_one(number[0]) and _RANGE_WORD.search(scale[0]) is None:
             rest = line[scale.end() :][number.end() :]
             return (next((q for part in (rest, line[: scale.start()]) if (q := quantity_of(part))), ""),)
+    on = _ON.search(line)
+    of = quantity_of(on["what"]) if on is not None and not _RANGE_WORD.search(on["word"]) else None
+    if on is not None and of is not None and not _is_one(on["number"]) and not _of_others(line):
+        return (of,)
     tick = _TIME_UNIT.search(line)
     if tick is not None and is_unit_of(tick["unit"], "time") and not _is_one(tick["number"]):
         return ("time",)

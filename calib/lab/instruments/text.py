@@ -187,6 +187,7 @@ class LabText:
     notes : in what it was not written as a table is.
     comments : what is written on cells and beside them, by 1-based line and column from 0, -1 where it stands at none.
     of_columns : what the format says of one column alone, in lines above its table.
+    elsewhere : what other parts of the file say that hold no record, line by line; the k-th is of the line -k.
     """
 
     path: Path
@@ -200,6 +201,7 @@ class LabText:
     notes: tuple[str, ...] = ()
     comments: tuple[tuple[int, int, str], ...] = ()
     of_columns: tuple[OfColumn, ...] = ()
+    elsewhere: tuple[str, ...] = ()
 
 
 def require_readable(path: Path) -> None:

@@ -175,7 +175,8 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             both,
         )
     if len(set(factors)) > 1:
-        shown_line = " ".join(sheet.text.lines[declared_line - 1].split())[:60]
+        own = dict(sheet.in_every_row).get(declared_line) or sheet.text.lines[declared_line - 1]
+        shown_line = " ".join(own.split())[:60]
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line} ("{shown_line}")',
             f"Correct one of the two, or say which is right: {listed}",

@@ -171,6 +171,6 @@ def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str
         return at - 1 if at - 1 in there else alone[0] if len(alone) == 1 else None
     parts = words_in(_JOINED.sub(r"\1 \2", name))
     named = [word for word in parts if not _UNIT.fullmatch(word)]
-    meant = understand(" ".join(named)) if 0 < len(named) < len(parts) else None
+    meant = understand(" ".join(named), unit) if 0 < len(named) < len(parts) else None
     own = [i for i in there if meant is not None and headings[i].quantity == meant.quantity]
     return own[0] if len(own) == 1 else None

@@ -139,7 +139,7 @@ def test_an_ordinary_remark_stops_no_file(tmp_path: Path, words: str, where: str
 
 def test_a_unit_that_another_sheet_says_is_asked_about(tmp_path: Path) -> None:
     path = _write(tmp_path, "Force channel was in mN, header is wrong!", "sheet")
-    with pytest.raises(InputError, match="not what the header says"):
+    with pytest.raises(InputError, match=r'sheet "Notes": .* says that the unit of column "Force \(N\)" is mN'):
         read_lab_file(path)
     table = read_lab_file(path, Reading(units={"force": "mN"}))
     np.testing.assert_allclose(table.columns["force"], np.round(PRESS["force"], 4) * 1e-3)
