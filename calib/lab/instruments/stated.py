@@ -32,8 +32,9 @@ _FACTOR = re.compile(
 _OF_OFFSETS = re.compile(r"offset|intercept|versatz|décalage|desfase", re.IGNORECASE)
 # "Gain 10 on force": of what stands behind the number.
 _ON = re.compile(
-    rf"(?<![^\W_])(?P<word>{SCALE})(?![^\W_])[\s:=]*[x×]?\s?(?P<number>{_NUMBER})\s*"
-    r"(?:\(|(?:on|for|of|auf|für|bei|sur|pour|sul?|per|para|en)\s+)(?:the\s+|der\s+|die\s+|la\s+|le\s+)?(?P<what>[^\W\d_][^\d]*)",
+    rf"(?<![^\W_])(?P<word>{SCALE})(?![^\W_])[\s:=]*(?:(?:of|von)\s+)?[x×]?\s?(?P<number>{_NUMBER})\s?[x×]?\s*"
+    r"(?:\(|(?<=[\sx×])(?:on|for|of|to|in|auf|für|von|bei|am|sur|pour|sul?|per|para|en|de|du)\s+)"
+    r"(?:(?:the|der|die|das|dem|la|le|el|il)\s+|l['’])?(?P<what>[^\W\d_][^\d]*)",
     re.IGNORECASE,
 )
 _TIMES = re.compile(
@@ -64,13 +65,6 @@ _OF_ONE = (
         re.IGNORECASE,
     ),
     re.compile(rf"(?P<before>[FCdsz])(?P<behind>[\s:]*)[x×*]\s?(?P<number>{_NUMBER})[\s!.]*"),
-)
-# "factor 0.1 on load channel", "gain of 10 for force".
-_ON = re.compile(
-    rf"(?<![^\W_])(?P<word>{SCALE})[\s:=]+(?:of\s+|von\s+)?(?P<number>{_NUMBER})\s?[x×]?\s+"
-    r"(?:on|of|for|to|in|auf|für|von|bei|am|sur|pour|de|du|en|para|su|per)\s+"
-    r"(?:(?:the|der|die|das|dem|le|la|el|il)\s+|l['’])?(?P<what>[^\d]+)",
-    re.IGNORECASE,
 )
 # "Lever arm ratio 5", "Hebelverhältnis 1:5": of the load, whichever way it is.
 _LEVER = re.compile(
@@ -433,10 +427,6 @@ def _factors_of(line: str) -> tuple[str, ...]:
     lever = _LEVER.search(line)
     if lever is not None and not _is_one(lever["number"] or lever["to"] or lever["from"]):
         return ("force",)
-    on = _ON.search(line)
-    of = quantity_of(on["what"]) if on is not None and not _RANGE_WORD.search(on["word"]) and not _of_others(line) else None
-    if on is not None and of is not None and not _is_one(on["number"]):
-        return (of,)
     for pattern in _OF_ONE:
         match = pattern.fullmatch(line)
         if match is not None and not _is_one(match["number"]) and not _OF_FITS.search(line) and not _of_others(line):
