@@ -715,6 +715,52 @@ def _all_options(sheet: Sheet, widest: int) -> str:
     return " ".join(said.values()) or "--columns force=... --units force=..."
 
 
+def _words_among(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
+    """Rows with a cell too many, one of them a word without which the others are numbers where those of the full rows are."""
+    wide = [i for i, row in enumerate(rows) if len(row) == width + 1 and row[-1].strip()]
+    full = [row for row in rows if len(row) == width][:_SAMPLE] if wide else []
+    if not full:
+        return {}
+    usual = [2 * sum(is_reading(row[k]) for row in full) > len(full) for k in range(width)]
+    found: dict[int, int] = {}
+    for i in wide:
+        row = rows[i]
+        words = [
+            k for k, cell in enumerate(row) if cell.strip() and not is_reading(cell) and not _LIKE_A_NUMBER.match(cell.strip())
+        ]
+        at = [k for k in words if all(map(_fits, [*row[:k], *row[k + 1 :]], usual))]
+        if len(at) == 1 and any(usual[at[0] :]):
+            found[i] = at[0]
+    return found
+
+
+def _fits(cell: str, reading: bool) -> bool:
+    """Whether a cell is empty, or a number where one is due and none where a word is."""
+    return not cell.strip() or is_reading(cell) == reading
+
+
+def _word_among(sheet: Sheet, words: Sequence[tuple[int, str, int]], width: int) -> Fault:
+    """The fault of rows in which a word stands among the readings: line, word and column of each."""
+    line, word, index = words[0]
+    others = [str(of) for of, _, _ in words[1:]]
+    named = ", ".join(others[:_LINES_NAMED]) + (
+        f" and {len(others) - _LINES_NAMED} others" if len(others) > _LINES_NAMED else ""
+    )
+    also = f" (and so in line{'s' if len(others) > 1 else ''} {named})" if others else ""
+    them = ("these cells", "them", "these rows") if others else ("this cell", "it", "this row")
+    return Fault(
+        f'the row has {width + 1} cells, the header has {width}: "{word.strip()[:40]}" stands among its readings{also}',
+        sheet.text.path,
+        line,
+        index + 1,
+        advice=f"Take {them[0]} away or move {them[1]} behind the last reading, so that each reading stands under its name; "
+        f"or leave {them[2]} out",
+    )
+
+
+# Rows with as many cells as the header that show which of them are numbers; lines named beside the first.
+_SAMPLE, _LINES_NAMED = 200, 4
+
 # A line of one cell among rows of several, as a count below them, is left out as a row that lacks cells is, if few are.
 _FEW_LONE, _SHARE_LONE = 3, 0.01
 
@@ -758,8 +804,11 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
         )
     lone = sum(len(row) == 1 for row in rows)
     are_few = lone <= max(_FEW_LONE, int(_SHARE_LONE * len(rows)))
-    for row, line in zip(rows, lines.tolist(), strict=True):
-        if len(row) > width and any(c.strip() for c in row[width:]):
+    among = _words_among(rows, width)
+    if among:
+        faults.append(_word_among(sheet, [(int(lines[i]), rows[i][k], k) for i, k in among.items()], width))
+    for i, (row, line) in enumerate(zip(rows, lines.tolist(), strict=True)):
+        if i not in among and len(row) > width and any(c.strip() for c in row[width:]):
             if _fits_once_moved(row, width):
                 faults.append(
                     Fault(

@@ -1,10 +1,12 @@
 """Rows with a word where the others are counted or have no cell: no readings, unless the word marks what happens at one."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from calib.errors import InputError
 from calib.lab import LabTable, read_lab_file
 
 N = 120
@@ -94,3 +96,30 @@ def test_lines_of_a_head_between_names_and_rows_are_no_readings(tmp_path: Path) 
     assert left_out(table) == []
     assert len(table.lines) == N
     assert any("line(s) of text left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("word", ["OK", "FAIL", "limit reached", "Überlast", "*"])
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize("every", [7, 40, 200])
+def test_a_word_put_among_the_readings_of_rows_is_named_once_and_the_ways_out_work(
+    tmp_path: Path, word: str, mark: str, place: int, every: int
+) -> None:
+    cells = [[f"{t:.2f}", f"{x:.4f}", f"{f:.4f}"] for t, x, f in zip(TIME, DEPTH, FORCE, strict=True)]
+    marked = range(5, N, every)
+
+    def as_file(table: list[list[str]]) -> LabTable:
+        path = tmp_path / "lab.csv"
+        lines = [mark.join(row) for row in [["Time (s)", "Displacement (mm)", "Force (N)"], *table]]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return read_lab_file(path)
+
+    with pytest.raises(InputError, match=f'"{re.escape(word)}" stands among its readings') as caught:
+        as_file([[*row[:place], word, *row[place:]] if i in marked else row for i, row in enumerate(cells)])
+    (fault,) = caught.value.faults
+    assert (fault.line, fault.column) == (7, place + 1)
+    assert "Take th" in fault.advice
+    moved = as_file([[*row, word] if i in marked else row for i, row in enumerate(cells)])
+    left = as_file([row for i, row in enumerate(cells) if i not in marked])
+    assert np.allclose(moved.columns["force"], FORCE)
+    assert np.allclose(left.columns["force"], np.delete(FORCE, list(marked)))
