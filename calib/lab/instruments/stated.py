@@ -249,7 +249,7 @@ OF_OTHERS = re.compile(
     r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
     r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
     r"plot|graph|chart|axis|stress|strain|time(?!s)|rate|speed|print|colou?r|grey|gray|image|video|camera|friction|"
-    r"verlust|gütefaktor|sicherheit|temperat|expan|hx ?71\d|ads1\d+|\badc\b|nau7802",
+    r"verlust|gütefaktor|sicherheit|temperat|thermo|humid|feucht|expan|hx ?71\d|ads1\d+|\badc\b|nau7802",
     re.IGNORECASE,
 )
 _LONGEST = 120

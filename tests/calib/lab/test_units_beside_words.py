@@ -417,7 +417,14 @@ def test_every_factor_of_a_line_is_known_with_what_it_is_of(line: str, of: tuple
         *("Test scale factors: none", "PID gains: P 2, I 0.1, D 0", "Step: 0.01 mm", "Number of units: 3", "multiplier 1x"),
         *("Load scale: 0-10 N", "Speed reduced by 10", "Load cell: 10 kg, HX711 gain 128", "Resolution: 1 digit = 0.01 N"),
         *("A = 2*pi*R", "Scale Kern PCB 1000, max 1000 g, d=0.01 g", "Date: 12/03/2026, Operator 2"),
-        *("Lever arm 120 mm", "Hebelarm 5 cm", "Lever 1:1", "gain 100 on thermocouple", "Force is 1/3 of the stroke"),
+        *(
+            "Lever arm 120 mm",
+            "Hebelarm 5 cm",
+            "Lever 1:1",
+            "gain 100 on thermocouple",
+            "thermocouple gain 10",
+            "Force is 1/3 of the stroke",
+        ),
         *("Kraft mit 10 N", "Sensitivity 2 mV/V", "Range 10 N of load", "Factor 2 for sample A"),
     ],
 )
