@@ -79,6 +79,9 @@ def pulls_of(driver: FloatArray, force: FloatArray) -> list[tuple[int, int]]:
     -------
     The first and the last row of each pull, one at most on each way of the ball.
     """
+    every = force.size // _FINE
+    if every > 1 and not pulls_of(driver[::every], force[::every]):
+        return []
     if force.size < 2 * _LEAST:
         return []
     size = force if abs(float(np.max(force))) >= abs(float(np.min(force))) else -force

@@ -729,7 +729,7 @@ def _words_among(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
             k for k, cell in enumerate(row) if cell.strip() and not is_reading(cell) and not _LIKE_A_NUMBER.match(cell.strip())
         ]
         at = [k for k in words if all(map(_fits, [*row[:k], *row[k + 1 :]], usual))]
-        if len(at) == 1 and any(usual[at[0] :]):
+        if len(at) == 1:
             found[i] = at[0]
     return found
 
@@ -747,14 +747,16 @@ def _word_among(sheet: Sheet, words: Sequence[tuple[int, str, int]], width: int)
         f" and {len(others) - _LINES_NAMED} others" if len(others) > _LINES_NAMED else ""
     )
     also = f" (and so in line{'s' if len(others) > 1 else ''} {named})" if others else ""
-    them = ("these cells", "them", "these rows") if others else ("this cell", "it", "this row")
+    cells, them, whole = ("these cells", "them", "these rows") if others else ("this cell", "it", "this row")
+    behind = index == width
+    place = "behind its readings" if behind else "among its readings"
+    moved = "Write" if behind else f"Move {them} behind the last reading and write"
     return Fault(
-        f'the row has {width + 1} cells, the header has {width}: "{word.strip()[:40]}" stands among its readings{also}',
+        f'the row has {width + 1} cells, the header has {width}: "{word.strip()[:40]}" stands {place}{also}',
         sheet.text.path,
         line,
         index + 1,
-        advice=f"Take {them[0]} away or move {them[1]} behind the last reading, so that each reading stands under its name; "
-        f"or leave {them[2]} out",
+        advice=f"{moved} one more name at the end of the header, such as Remark; or take {cells} away, or {whole} out",
     )
 
 

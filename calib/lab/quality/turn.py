@@ -59,7 +59,8 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
 
     Returns
     -------
-    None if they turn together, and where a turn is too round, too noisy, or held, to tell.
+    None if they turn together, and where a turn is too round, too noisy, or held, to tell; bad where the column lacks as many
+    readings at its end, as one that was pasted off does.
     """
     if obs.displacement is None or obs.use.branch == "unloading":
         return None
@@ -79,7 +80,21 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
         "One of the two columns may have been pasted some rows off: compare them with the instrument's own record. If the "
         "channel is read late, press slower or log faster."
     )
+    if short := _as_many_empty(obs, c.name, late):
+        return c.grade("rows apart", "bad", late, "rows", f"{finding}, and {short}", advice)
     return c.grade("rows apart", "warning", late, "rows", finding, advice)
+
+
+def _as_many_empty(obs: Observations, name: str, late: float) -> str:
+    """Words for a column that lacks as many readings at its end as it turns early, or at its beginning as it is late; or ""."""
+    rows = np.flatnonzero(np.isfinite(channel_values(obs, name)))
+    outside = np.arange(rows[0]) if late > 0 else np.arange(rows[-1] + 1, len(obs.table.lines))
+    # A row that lacks its only channel is left out with its displacement.
+    lacking = np.isfinite(obs.table.columns["displacement"][outside])
+    empty = [there or obs.table.reasons[row] == f"empty cell: {name}" for row, there in zip(outside, lacking, strict=True)]
+    if not all(empty) or len(empty) != round(abs(late)):
+        return ""
+    return f"its {'first' if late > 0 else 'last'} {len(empty)} cells are empty: it stands that many rows off"
 
 
 def rows_late(x: FloatArray, y: FloatArray) -> float | None:

@@ -233,6 +233,7 @@ def test_a_column_pasted_some_rows_off_is_told_where_the_ball_turns_at_a_reading
     path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
     found = [v for v in judge(observe(read_lab_file(path))) if v.check == "rows apart"]
     assert [round(v.number) for v in found] == ([apart] if apart else [])
+    assert all(v.level == "bad" and f"{abs(apart)} cells are empty" in v.finding for v in found)
 
 
 @pytest.mark.parametrize("held", ["drop", "backlash", "hold"])

@@ -108,9 +108,9 @@ def test_a_word_put_among_the_readings_of_rows_is_named_once_and_the_ways_out_wo
     cells = [[f"{t:.2f}", f"{x:.4f}", f"{f:.4f}"] for t, x, f in zip(TIME, DEPTH, FORCE, strict=True)]
     marked = range(5, N, every)
 
-    def as_file(table: list[list[str]]) -> LabTable:
+    def as_file(table: list[list[str]], *names: str) -> LabTable:
         path = tmp_path / "lab.csv"
-        lines = [mark.join(row) for row in [["Time (s)", "Displacement (mm)", "Force (N)"], *table]]
+        lines = [mark.join(row) for row in [["Time (s)", "Displacement (mm)", "Force (N)", *names], *table]]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         return read_lab_file(path)
 
@@ -118,8 +118,10 @@ def test_a_word_put_among_the_readings_of_rows_is_named_once_and_the_ways_out_wo
         as_file([[*row[:place], word, *row[place:]] if i in marked else row for i, row in enumerate(cells)])
     (fault,) = caught.value.faults
     assert (fault.line, fault.column) == (7, place + 1)
-    assert "Take th" in fault.advice
-    moved = as_file([[*row, word] if i in marked else row for i, row in enumerate(cells)])
+    assert "one more name at the end of the header, such as Remark; or take th" in fault.advice
+    moved = as_file([[*row, word] if i in marked else [*row, ""] for i, row in enumerate(cells)], "Remark")
     left = as_file([row for i, row in enumerate(cells) if i not in marked])
-    assert np.allclose(moved.columns["force"], FORCE)
+    out = [bool(reason) for reason in moved.reasons]
+    assert np.flatnonzero(out).tolist() == (list(marked) if word == "FAIL" else [])
+    assert np.allclose(moved.columns["force"], np.where(out, np.nan, FORCE), equal_nan=True)
     assert np.allclose(left.columns["force"], np.delete(FORCE, list(marked)))
