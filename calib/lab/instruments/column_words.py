@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -14,6 +15,8 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 _SEEN, _FEW, _STRETCHES = 2000, 6, 12
 # A column of remarks has words in no more than this share of its rows; so many of them are quoted, each no longer than this.
 _SELDOM, _QUOTED, _LONGEST = 0.2, 4, 60
+# A remark has words, one behind the other.
+_SAYING = re.compile(r"[^\W\d_]{2}\S*\s+\S*[^\W\d_]{2}")
 # Beyond so many kinds a column of words is one of readings or of counts.
 _KINDS = 300
 
@@ -36,7 +39,7 @@ def few_values(cells: Sequence[str]) -> list[str]:
 
 
 def column_says(cells: Sequence[str], lines: IntArray) -> str:
-    """What the cells of a column that is not read say, with their lines; "" if they are readings, or say one thing of no doubt.
+    """What the cells of a column that is not read say, with their lines; "" if they are readings, or one word of no doubt.
 
     Parameters
     ----------
@@ -54,6 +57,8 @@ def column_says(cells: Sequence[str], lines: IntArray) -> str:
     if not seldom and len(set(cells[:_SEEN])) > _KINDS:
         return ""
     kinds = {c for c in set(cells) if c.strip() and not is_missing(c) and not is_numeric(c)}
+    if len(kinds) == 1 and cells.count(one := next(iter(kinds))) == len(cells) and _SAYING.search(one):
+        return f'"{_short(one)}" in every row'
     if not kinds or (not seldom and (len(kinds) > _KINDS or not any(map(DOUBT.search, kinds)))):
         return ""
     doubts = [c for c in kinds if DOUBT.search(c)]

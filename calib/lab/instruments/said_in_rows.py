@@ -30,9 +30,11 @@ def with_said_in_rows(sheet: Sheet) -> Sheet:
     factors = {q: (words[:60], line) for line, words in said for q in stated_factors([words])}
     taken = {line for line, _ in sheet.beside}
     for name, cell, rows in _constant(sheet):
+        if is_numeric(cell) and (not name or name.isdecimal()):
+            continue
         words = _named(name, cell)
         line = next((n for n in rows if n not in taken), rows[0])
-        texts = (words, cell) if name else (cell, f"factor {cell}")
+        texts = (cell, f"factor {cell}") if not name and cell[0] in "x×*" else (words, cell)
         stated = next((found for text in texts if (found := stated_factors([text], line))), {})
         if is_numeric(cell) and not stated:
             continue

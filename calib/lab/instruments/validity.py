@@ -72,7 +72,10 @@ def said_bad(sheet: Sheet) -> Validity:
         else:
             words_of_bad = BAD_CELL | NO if parts & MARKS_GOOD else BAD_CELL
             bad = {c for c, said in kinds.items() if said in words_of_bad or _is_said(said, BAD_ROW)}
-        if sum(cells.count(c) for c in bad) >= _SHARE * len(cells) or any("." in c or "," in c for c in bad):
+        n_bad = sum(cells.count(c) for c in bad)
+        if n_bad >= _SHARE * len(cells) or any("." in c or "," in c for c in bad):
+            if n_bad == len(cells) and len(bad) == 1 and not is_status and any(map(str.isalpha, cells[0])):
+                columns[index] = f'says "{cells[0].strip()[:20]}" of all rows, which are read all the same'
             continue
         if plain in VALIDITY or (bad and not is_status):
             columns[index] = "says which rows are good"

@@ -201,3 +201,11 @@ def test_what_is_said_in_every_row_for_other_reasons_changes_nothing(tmp_path: P
     table = read_lab_file(_write(tmp_path, name, cell, _plain(NAMES)))
     for quantity, unit in (("force", 1.0), ("capacitance", 1e-12)):
         np.testing.assert_allclose(table.columns[quantity], unit * TRUE[quantity], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [("Valid", "FALSE"), ("Use", "n"), ("Remark", "sensor unplugged"), ("Note", "ball glued on"), ("", "new cable")],
+)
+def test_a_remark_or_a_verdict_in_every_row_is_told(tmp_path: Path, name: str, cell: str) -> None:
+    assert f'"{cell}"' in _told(read_lab_file(_write(tmp_path, name, cell)))
