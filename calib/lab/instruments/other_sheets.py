@@ -36,7 +36,7 @@ def _lines(part: Part) -> Iterator[str]:
     """The lines of a sheet that are a remark, or a name and its value, and none of a table."""
     rows = [[" ".join(cell.split()).strip('"') for cell in line.split("\t")] for line in part.text.lines] if part.text else []
     rows = [[cell for cell in row if cell] for row in rows if any(row)][: _MOST_LINES + 1]
-    for row, below in zip(rows, [*rows[1:], []], strict=True):
+    for row, below in zip(rows, [*rows, []][1:], strict=True):
         if len(row) <= _CELLS and not (len(row) == len(below) > 1 and all(map(is_numeric, below))):
             yield ": ".join(cell.rstrip(" :=") for cell in row)[:_LONGEST]
 

@@ -134,6 +134,7 @@ def test_a_sheet_of_settings_acts_on_the_record_that_is_asked_for_and_no_other_r
 @pytest.mark.parametrize(
     "said",
     [
+        [],
         USUAL,
         [["Max force (mN)", "Max depth (um)"], [5200, 800]],
         [["Max force (mN)", 5200], ["Preload (mN)", 50], ["Range", "500 N"], ["Gain", 1]],
