@@ -90,7 +90,6 @@ _PER_ONE = re.compile(
     r"côté|zelle|kraftmessdose|aufnehmer|seite|kraftaufnehmer|celda|célula|lado|cella|sensore|lato)(?![^\W\d_])",
     re.IGNORECASE,
 )
-_LEVER = re.compile(r"\b(?:lever|hebel|levier|palanca|leva)\b\D{0,20}\d+(?:[.,]\d+)? ?[:/] ?\d+", re.IGNORECASE)
 
 
 def disowned_in(
@@ -181,8 +180,6 @@ def _turned(line: str) -> bool:
 
 def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...]:
     """The quantities that are read of which a line says that their columns are others than they seem."""
-    if _LEVER.search(line) and "force" in read:
-        return ("force",)
     if moved := _in_another_order(line, read):
         return moved
     if _turned(line):

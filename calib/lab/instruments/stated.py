@@ -70,7 +70,8 @@ _OF_ONE = (
 _LEVER = re.compile(
     r"(?<![^\W_])(?:lever(?:[ _-]?arm)?|hebel(?:arm)?s?|bras de levier|levier|palanca|braccio|leva)[ _-]*(?:d[eiu]l?\s+)?"
     r"(?:(?:ratio|fa[ck]tor|verhältnis|übersetzung|rapport|relación|rapporto)[\s:=\t]*(?:1\s?[:/]\s?)?"
-    rf"(?P<number>{_NUMBER})(?:\s?[:/]\s?1)?|[\s:=\t]*(?:1\s?:\s?(?P<to>{_NUMBER})|(?P<from>{_NUMBER})\s?:\s?1))(?![\w.,:]|\s[^\W\d_])",
+    rf"(?P<number>{_NUMBER})(?:\s?[:/]\s?1)?|[^\d;]{{0,20}}?(?P<one>\d+(?:[.,]\d+)?)\s?[:/]\s?(?P<other>\d+(?:[.,]\d+)?))"
+    r"(?![\w:]|[.,]\d|\s?[^\W\d_])",
     re.IGNORECASE,
 )
 _SYMBOLS = {"F": "force", "C": "capacitance", "d": "displacement", "s": "displacement", "z": "displacement"}
@@ -425,7 +426,7 @@ def _factors_of(line: str) -> tuple[str, ...]:
             if quantity is not None or pattern not in _PRODUCTS:
                 return (quantity or "",)
     lever = _LEVER.search(line)
-    if lever is not None and not _is_one(lever["number"] or lever["to"] or lever["from"]):
+    if lever is not None and (lever["one"] != lever["other"] if lever["one"] else not _is_one(lever["number"])):
         return ("force",)
     for pattern in _OF_ONE:
         match = pattern.fullmatch(line)

@@ -15,7 +15,6 @@ from calib.lab import Reading, read_lab_file
 PRESS = {q: v for q, v in turning_press(halves=60).columns.items() if q != "capacitance"}
 NAMES = {"force": "Force (N)", "displacement": "Displacement (mm)"}
 BAD = {
-    "Lever 5:1, force at the long arm": ("force",),
     "Columns 2 and 3 swapped by mistake": ("force", "displacement"),
     "Kraft und Weg vertauscht": ("force", "displacement"),
     "Header falsch: Spalte 3 ist eigentlich Weg": (),
