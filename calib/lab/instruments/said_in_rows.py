@@ -43,7 +43,12 @@ def with_said_in_rows(sheet: Sheet) -> Sheet:
         factors |= dict.fromkeys(stated, (words[:60], line))
     if not said:
         return sheet
-    units = {q: (unit, said[k - 1][0]) for q, (unit, k) in declared_units([words for _, words in said]).items()}
+    # A unit that stands in some rows alone is none of all readings.
+    gaps = {_named(sheet.names[i], " ".join(c.split())) for i, column in _not_read(sheet) if "" in column for c in set(column)}
+    units = {
+        q: (unit, said[k - 1][0])
+        for q, (unit, k) in declared_units(["" if words in gaps else words for _, words in said]).items()
+    }
     return replace(
         sheet,
         in_every_row=tuple(said),
