@@ -68,9 +68,6 @@ _TURNED = 0.5
 # Share of the rows of a stretch that are near its turn, and by how much of their sum paces on both sides of it differ at most.
 _NEAR_TURN, _SAME_PACE = 0.15, 0.2
 
-# Which readings of a force without its sign are of the other sense, and before which a minus is missing.
-_ON_ONE_SIDE, _WITHIN = ("on one side of there", "on the side out of contact"), ("there", "in these lines")
-
 _RETREAT = "a retreat from a record that starts pressed (with --branch unloading, if that is all of it), or a pull"
 _APART = "force changes, but not with the displacement"
 _THERE_AND_BACK = "over the same places force changes otherwise as the ball goes there than as it comes back"
@@ -123,9 +120,9 @@ def decide_signs(
         If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is; or if the force is shown
         without its sign.
     """
-    bounce = _bounce(table, displacement, force, good)
-    if bounce and "force" not in _said(table):
-        raise InputError(_without_sign(table, bounce))
+    lost = _lost_sign(table, displacement, force, good)
+    if lost is not None and "force" not in _said(table):
+        raise InputError(_without_sign(table, lost))
     if displacement is not None and force is not None and _goes_on_as_the_ball_turns(displacement, force, good):
         raise InputError(_sorted(table))
     try:
@@ -138,30 +135,41 @@ def decide_signs(
         # What the file says may make doubtful what the record shows.
         weighed = _decide(table, displacement, force, good)
         decided = {q: d if d.factor == weighed[q].factor else weighed[q] for q, d in decided.items()}
-    if bounce:
-        decided["force"] = replace(decided["force"], note=f"{decided['force'].note}; but {bounce}")
+    if lost is not None:
+        decided["force"] = replace(decided["force"], note=f"{decided['force'].note}; but {lost.shown}")
     return {quantity: _with_contradiction(table, decision) for quantity, decision in decided.items()}
 
 
-def _bounce(table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray) -> str:
-    """What shows that the force of a record is written without its sign, in words; "" if nothing does."""
+@dataclass(frozen=True)
+class _LostSign:
+    """What shows that a force is written without its sign, which readings are of the other sense, and which lack a minus."""
+
+    shown: str
+    of_others: str
+    minus: str
+
+
+def _lost_sign(table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray) -> _LostSign | None:
+    """What shows that the force of a record is written without its sign; None if nothing does."""
     driver = displacement if displacement is not None else table.columns.get("capacitance")
     if force is None or driver is None:
-        return ""
+        return None
     time = table.columns.get("time", np.arange(force.size, dtype=np.float64))
     along = driver if displacement is not None else time
     rows = np.flatnonzero(good & np.isfinite(force) & np.isfinite(driver) & np.isfinite(along))
     found = bounces_of(driver[rows], along[rows], force[rows])
     if found:
         at = _lines([str(line) for line in table.lines[rows[found]].tolist()])
-        return (
+        shown = (
             f"the force comes to zero at {at} and leaves it at the same pace, while the ball goes on, as one without its sign"
         )
+        return _LostSign(shown, "on one side of there", "on the side out of contact")
     pulls = [table.lines[rows[list(pull)]].tolist() for pull in pulls_of(driver[rows], force[rows])]
     if not pulls:
-        return ""
+        return None
     where = _lines([f"{first} to {last}" for first, last in pulls])
-    return f"the force grows again in {where} as the ball goes on between the press and its rest, as a pull without its sign"
+    shown = f"the force grows again in {where} as the ball goes on between the press and its rest, as a pull without its sign"
+    return _LostSign(shown, "there", "in these lines")
 
 
 def _lines(lines: list[str]) -> str:
@@ -170,14 +178,13 @@ def _lines(lines: list[str]) -> str:
     return f"line{'s' if len(lines) > 1 or ' ' in lines[0] else ''} {shown}"
 
 
-def _without_sign(table: LabTable, bounce: str) -> Fault:
+def _without_sign(table: LabTable, lost: _LostSign) -> Fault:
     """Refuse a force of which some readings have lost their sign, unless it is said that they have theirs."""
-    of_others, minus = _WITHIN if bounce.endswith("a pull without its sign") else _ON_ONE_SIDE
     return Fault(
-        f"{bounce} would: the readings {of_others} are of the other sense",
+        f"{lost.shown} would: the readings {lost.of_others} are of the other sense",
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
-        advice=f"Export the force with its sign, or write a minus before the readings {minus}; if they are right "
+        advice=f"Export the force with its sign, or write a minus before the readings {lost.minus}; if they are right "
         f'as they stand, say --sign "force=compression positive" (or negative){_left_out(table)}',
         choice=Choice("sign", tuple(SIGNS), "force"),
     )

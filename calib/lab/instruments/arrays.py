@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,20 @@ class Source:
     format: str
     kind: str
     name: str
+
+
+@dataclass(frozen=True)
+class Around:
+    """What is known of values from around them: their file, units by name, what is said, and how long the longest column is."""
+
+    where: Source
+    units: Mapping[str, str]
+    above: tuple[Saying, ...]
+    longest: int
+
+    def named(self, name: str) -> Source:
+        """Where they stand, under the name of a table."""
+        return replace(self.where, name=name)
 
 
 def array_part(

@@ -423,8 +423,7 @@ def _is_remark(line: str) -> bool:
 
 def _names_another(line: str) -> bool:
     """Whether a line may name another specimen, sensor, file or run."""
-    plain = line[:_LONGEST_REMARK]
-    return any(form is not None for form in (SPECIMEN.search(plain), _RUN.search(plain), _NAME_ALONE.fullmatch(plain)))
+    return bool(SPECIMEN.search(line) or _RUN.search(line) or _NAME_ALONE.fullmatch(line[:_LONGEST_REMARK]))
 
 
 # What was changed for another, in either order of the words.

@@ -21,6 +21,19 @@ _SAYING = re.compile(r"[^\W\d_]{2}\S*\s+\S*[^\W\d_]{2}")
 _KINDS = 300
 
 
+def few_kinds(cells: Sequence[str]) -> set[str]:
+    """What the cells of a column are, where they are of a few kinds, as the first of them tell at once; nothing of any other.
+
+    Parameters
+    ----------
+    cells : of the column.
+    """
+    if len(set(cells[:_SEEN])) > _FEW:
+        return set()
+    kinds = set(cells)
+    return kinds if len(kinds) <= _FEW else set()
+
+
 def few_values(cells: Sequence[str]) -> list[str]:
     """The values of a column that has two or a few, each in most rows of its own, in the order of the first; else none.
 
@@ -28,14 +41,15 @@ def few_values(cells: Sequence[str]) -> list[str]:
     ----------
     cells : of the column.
     """
-    if len(set(cells[:_SEEN])) > _FEW or len(kinds := set(cells)) > _FEW:
+    kinds = few_kinds(cells)
+    if not kinds:
         return []
     there = sorted((c for c in kinds if c.strip() and not is_missing(c)), key=cells.index)
     changes = sum(a != b for a, b in pairwise(cells[:_SEEN]))
     numbers = all(map(is_numeric, there))
     if all(map(is_date, there)):
         return []  # of the days of one record
-    return there if len(there) > 1 and not (numbers and changes > _STRETCHES) and not _is_seldom(cells) else []
+    return there if len(there) > 1 and not (numbers and changes > _STRETCHES) and not is_seldom(cells) else []
 
 
 def column_says(cells: Sequence[str], lines: IntArray) -> str:
@@ -53,7 +67,7 @@ def column_says(cells: Sequence[str], lines: IntArray) -> str:
     values = few_values(cells)
     if values:
         return ", ".join(_where(cells, value, lines) for value in values)
-    seldom = _is_seldom(cells)
+    seldom = is_seldom(cells)
     if not seldom and len(set(cells[:_SEEN])) > _KINDS:
         return ""
     kinds = {c for c in set(cells) if c.strip() and not is_missing(c) and not is_numeric(c)}
@@ -68,7 +82,13 @@ def column_says(cells: Sequence[str], lines: IntArray) -> str:
     return ", ".join(f'"{_short(c)}" (line {lines[cells.index(c)]})' for c in kept) + more
 
 
-def _is_seldom(cells: Sequence[str]) -> bool:
+def is_seldom(cells: Sequence[str]) -> bool:
+    """Whether a column is empty in all but few rows, as one of remarks.
+
+    Parameters
+    ----------
+    cells : of the column.
+    """
     return cells.count("") >= (1 - _SELDOM) * len(cells)
 
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from calib.lab.instruments.column_words import few_kinds, is_seldom
 from calib.lab.instruments.header import declared_units
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import speaks_of_scale, stated_factors
 
-# Cells that show at once that a column says several things, and how many of these are looked at.
-_SEEN, _KINDS = 2000, 6
-# A column with words in no more than this share of its rows is one of remarks.
-_SELDOM = 0.2
+# Rows among which one is looked for whose line nothing else is quoted from.
+_SEEN = 2000
 
 
 def with_said_in_rows(sheet: Sheet) -> Sheet:
@@ -29,7 +28,8 @@ def with_said_in_rows(sheet: Sheet) -> Sheet:
     said = [(-number, words) for number, words in enumerate(sheet.text.elsewhere, 1)]
     factors = {q: (words[:60], line) for line, words in said for q in stated_factors([words])}
     taken = {line for line, _ in sheet.beside}
-    for name, cell, rows in _constant(sheet):
+    gaps = set()
+    for name, cell, rows, whole in _constant(sheet):
         if is_numeric(cell) and (not name or name.isdecimal()):
             continue
         words = _named(name, cell)
@@ -39,16 +39,14 @@ def with_said_in_rows(sheet: Sheet) -> Sheet:
         if is_numeric(cell) and not stated:
             continue
         taken.add(line)
+        gaps |= set() if whole else {len(said)}
         said.append((line, words))
         factors |= dict.fromkeys(stated, (words[:60], line))
     if not said:
         return sheet
     # A unit that stands in some rows alone is none of all readings.
-    gaps = {_named(sheet.names[i], " ".join(c.split())) for i, column in _not_read(sheet) if "" in column for c in set(column)}
-    units = {
-        q: (unit, said[k - 1][0])
-        for q, (unit, k) in declared_units(["" if words in gaps else words for _, words in said]).items()
-    }
+    whole_words = ["" if k in gaps else words for k, (_, words) in enumerate(said)]
+    units = {q: (unit, said[k - 1][0]) for q, (unit, k) in declared_units(whole_words).items()}
     return replace(
         sheet,
         in_every_row=tuple(said),
@@ -58,17 +56,17 @@ def with_said_in_rows(sheet: Sheet) -> Sheet:
     )
 
 
-def _constant(sheet: Sheet) -> Iterator[tuple[str, str, list[int]]]:
-    """The name, the one content, and some lines of each column that is not read and says one thing."""
+def _constant(sheet: Sheet) -> Iterator[tuple[str, str, list[int], bool]]:
+    """The name, the one content, some lines, and whether no cell is empty, of each column not read that says one thing."""
     for index, column in _not_read(sheet):
-        if len(column) == 0 or len(kinds := set(column[:_SEEN]) - {""}) > 1 or len(kinds := set(column) - {""}) != 1:
+        kinds = few_kinds(column)
+        if len(kinds - {""}) != 1:
             continue
-        cell = next(iter(kinds))
-        seldom = column.count(cell) <= _SELDOM * len(column)
-        if not cell.strip() or is_missing(cell) or (seldom and (column[0] != cell or speaks_of_scale(cell))):
+        (cell,) = kinds - {""}
+        if not cell.strip() or is_missing(cell) or (is_seldom(column) and (column[0] != cell or speaks_of_scale(cell))):
             continue
         rows = [int(sheet.lines[r]) for r, c in enumerate(column[:_SEEN]) if c == cell][: len(sheet.columns)]
-        yield sheet.names[index], " ".join(cell.split()), rows or [int(sheet.lines[column.index(cell)])]
+        yield sheet.names[index], " ".join(cell.split()), rows or [int(sheet.lines[column.index(cell)])], "" not in kinds
 
 
 def words_in_rows(sheet: Sheet) -> Iterator[tuple[int, str]]:
@@ -80,20 +78,20 @@ def words_in_rows(sheet: Sheet) -> Iterator[tuple[int, str]]:
     """
     own = {words: line for line, words in sheet.in_every_row}
     for index, column in _not_read(sheet):
-        if len(set(column[:_SEEN])) > _KINDS or len(kinds := set(column)) > _KINDS:
-            continue
-        seldom = column.count("") >= (1 - _SELDOM) * len(column)
-        said = (c for c in kinds if any(map(str.isalpha, c)) and not (is_missing(c) or (seldom and speaks_of_scale(c))))
+        seldom = is_seldom(column)
+        said = (
+            c for c in few_kinds(column) if any(map(str.isalpha, c)) and not (is_missing(c) or (seldom and speaks_of_scale(c)))
+        )
         for cell in sorted(said, key=column.index):
             words = _named(sheet.names[index], " ".join(cell.split()))
             yield own.get(words, int(sheet.lines[column.index(cell)])), words
 
 
-def _not_read(sheet: Sheet) -> Iterator[tuple[int, list[str]]]:
+def _not_read(sheet: Sheet) -> Iterator[tuple[int, Sequence[str]]]:
     """The columns whose names are not understood, or that hold words under the name of a quantity."""
     for index, column in enumerate(sheet.columns[: len(sheet.names)]):
         if index not in sheet.headings and index not in sheet.assigned and index not in sheet.set_aside:
-            yield index, list(column)
+            yield index, column
 
 
 def _named(name: str, cell: str) -> str:

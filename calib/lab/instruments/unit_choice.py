@@ -46,20 +46,11 @@ _TO_THE_MINUTE = re.compile(
 )
 
 
-# What a line states of readings -> what these may be, and how it is settled.
+# What a line states of readings -> what these may be, and how their unit settles it.
 _STATED = {
-    "a factor": (
-        "may have been multiplied by it, or have to be",
-        "Say the unit with the factor that makes it right, or the unit alone if they are right",
-    ),
-    "an offset": (
-        "may hold it already, or not yet",
-        "Write them as they have to be, or say the unit if they are right as they stand",
-    ),
-    "counts": (
-        "may be these, in no unit",
-        "Say the unit with what one of them is worth, or the unit alone if they are in it",
-    ),
+    "a factor": ("may have been multiplied by it, or have to be", "with the factor that makes it right, or the unit alone"),
+    "an offset": ("may hold it already, or not yet", "alone"),
+    "counts": ("may be these, in no unit", "that one of them is worth, or the unit alone"),
 }
 
 
@@ -110,14 +101,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     factor = _factor_beside(sheet, quantity)
     if factor is not None and not after_raw_counts(sheet, index, heading):
         words, line, what = " ".join(factor[0].split()), factor[1], what_is_stated(factor[0])
-        may, way = {
-            "a factor": (
-                "may have been multiplied by it, or have to be",
-                "with the factor that makes it right, or the unit alone",
-            ),
-            "an offset": ("may hold it already, or not yet", "alone"),
-            "counts": ("may be these, in no unit", "that one of them is worth, or the unit alone"),
-        }[what]
+        may, way = _STATED[what]
         other = "; else write them as they have to be, and take the line out" if what == "an offset" else ""
         return fault(
             f'"{words}" states {what}: the readings of column "{name}" {may}',

@@ -28,9 +28,6 @@ _KINDS, _SHARE = 12, 0.5
 _SEEN = 1000
 
 
-_DENIED = ("no", "not", "none", "without", "kein", "keine", "nicht", "ohne", "sans", "pas")
-
-
 @dataclass(frozen=True)
 class Validity:
     """What columns such as "Valid" say: rows from 0 that are not good -> why; index of such a column -> what it is."""

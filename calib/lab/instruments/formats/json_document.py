@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.arrays import ArrayColumn, Source, Values, array_part
+from calib.lab.instruments.arrays import Around, ArrayColumn, Source, Values, array_part
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.forms import is_of_one_form
 from calib.lab.instruments.json_lines import cell_text, flat, is_cell
 from calib.lab.instruments.part import Format, Part
-from calib.lab.instruments.said_inside import Saying, is_few, is_unit_key, name_in, sayings, unit_in, units_in, without_units
+from calib.lab.instruments.said_inside import is_few, is_unit_key, name_in, sayings, unit_in, units_in, without_units
 from calib.lab.instruments.vocabulary import understand
 
 _BEGINNING = re.compile(rb"^\s*[{\[]\s*(?:[{\[]|\"[^\"]*\"\s*:|[}\]])")
@@ -97,21 +97,8 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         raise InputError(Fault("the file begins like JSON and is no UTF-8", path, advice="Write it again as UTF-8")) from None
     where = Source(path, hashlib.sha256(data).hexdigest(), "JSON", "table", "")
     document = _document(path, text)
-    parts = tuple(_parts("", document, _Around(where, {}, (), _longest(document, 0)), 0))
+    parts = tuple(_parts("", document, Around(where, {}, (), _longest(document, 0)), 0))
     return parts or (Part("table", "document", None, "it holds no lists of readings"),)
-
-
-@dataclass(frozen=True)
-class _Around:
-    """What is known of a value from around it: its file, units by name, what is said, and how long the longest list is."""
-
-    where: Source
-    units: Mapping[str, str]
-    above: tuple[Saying, ...]
-    longest: int
-
-    def named(self, name: str) -> Source:
-        return replace(self.where, name=name or "document")
 
 
 def _document(path: Path, text: str) -> Any:
@@ -148,9 +135,9 @@ def _holds_readings(value: Any, longest: int, depth: int = 0) -> bool:
     return any(_holds_readings(one, longest, depth + 1) for one in inner)
 
 
-def _parts(name: str, value: Any, around: _Around, depth: int) -> Iterator[Part]:
+def _parts(name: str, value: Any, around: Around, depth: int) -> Iterator[Part]:
     """The tables that a value holds, under the name of its keys."""
-    own = around.named(name)
+    own = around.named(name or "document")
     if depth > _DEEPEST:
         yield Part("table", own.name, None, "objects stand in each other too often")
     elif isinstance(value, list):
@@ -168,8 +155,8 @@ def _parts(name: str, value: Any, around: _Around, depth: int) -> Iterator[Part]
         yield from _of_object(name, value, around, depth)
 
 
-def _of_object(name: str, value: Mapping[str, Any], around: _Around, depth: int) -> Iterator[Part]:
-    own, longest = around.named(name), around.longest
+def _of_object(name: str, value: Mapping[str, Any], around: Around, depth: int) -> Iterator[Part]:
+    own, longest = around.named(name or "document"), around.longest
     by_number, named = _of_row_numbers(value), _named_rows(value, around)
     signals = {k: signal for k, v in value.items() if (signal := _signal(v, k, longest)) is not None}
     lists = {k: v for k, v in value.items() if _is_column(v) and not is_few(len(v), longest)}
@@ -221,7 +208,7 @@ def _names(value: Any) -> Iterator[str]:
 # --- from lists and objects to columns ----------------------------------------------------------------------------------
 
 
-def _of_list(value: Sequence[Any], around: _Around) -> list[ArrayColumn] | None:
+def _of_list(value: Sequence[Any], around: Around) -> list[ArrayColumn] | None:
     """The columns of a list of objects with a value under each key, of channels, or of rows; None of any other."""
     if not value or len(value) < 2:
         return None
@@ -261,7 +248,7 @@ class _Named:
     used: tuple[str, ...]
 
 
-def _named_rows(value: Mapping[str, Any], around: _Around) -> _Named | None:
+def _named_rows(value: Mapping[str, Any], around: Around) -> _Named | None:
     """The columns of rows that stand beside the one list of as many words, or of as many named blocks; None without one."""
     rows = {k: v for k, v in value.items() if isinstance(v, list) and len(v) > 1 and all(isinstance(row, list) for row in v)}
     if len(rows) != 1:

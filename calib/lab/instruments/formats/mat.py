@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from calib.lab.instruments.arrays import ArrayColumn, Source, array_part
+from calib.lab.instruments.arrays import Around, ArrayColumn, Source, array_part
 from calib.lab.instruments.matlab import Described, Unreadable, Variable, variables
 from calib.lab.instruments.part import Format, Part, damaged
 from calib.lab.instruments.said_inside import Saying, is_few, name_in, sayings, unit_in, units_in, without_units
@@ -58,7 +58,7 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         else:
             found = variables(data) if _NAMED.match(data) else _of_version_4(path)
         where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
-        return tuple(_parts("", found, _Around(where, {}, (), _longest(found))))
+        return tuple(_parts("", found, Around(where, {}, (), _longest(found))))
 
 
 def _of_version_4(path: Path) -> dict[str, Variable]:
@@ -73,19 +73,6 @@ def _of_version_4(path: Path) -> dict[str, Variable]:
 
 
 # --- from variables to parts --------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Around:
-    """What is known of a variable from around it: its file, units by name, what is said, and how long the longest column is."""
-
-    where: Source
-    units: Mapping[str, str]
-    above: tuple[Saying, ...]
-    longest: int
-
-    def named(self, name: str) -> Source:
-        return replace(self.where, name=name)
 
 
 def _longest(value: Variable) -> int:
@@ -110,7 +97,7 @@ def _values(value: Variable) -> npt.NDArray[Any] | None:
     return own if isinstance(own, np.ndarray) and own.dtype.kind in "fiub" else None
 
 
-def _parts(name: str, members: Mapping[str, Variable], around: _Around) -> Iterator[Part]:
+def _parts(name: str, members: Mapping[str, Variable], around: Around) -> Iterator[Part]:
     """The parts of a struct, or of the file itself without a name; units are those of a struct beside, else of one above."""
     columns: dict[int, list[ArrayColumn]] = {}
     listed: dict[tuple[str, int], list[ArrayColumn]] = {}
@@ -157,7 +144,7 @@ def _parts(name: str, members: Mapping[str, Variable], around: _Around) -> Itera
         yield _matrix(around.named(own), matrix, lists, above)
 
 
-def _unread(name: str, value: Variable, around: _Around) -> Iterator[Part]:
+def _unread(name: str, value: Variable, around: Around) -> Iterator[Part]:
     """What is neither a column nor told as words beside one, with the reason."""
     if isinstance(value, Unreadable):
         yield _without(around, name, value.reason)
@@ -232,7 +219,7 @@ def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[st
     return array_part(where, columns, above=above, notes=notes, named=len(fitting) == 1)
 
 
-def _without(around: _Around, name: str, reason: str) -> Part:
+def _without(around: Around, name: str, reason: str) -> Part:
     return Part(around.where.kind, name, None, reason)
 
 
