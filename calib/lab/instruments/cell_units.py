@@ -174,6 +174,8 @@ def _enough(n_cell: int) -> float:
     return max(_FEWEST, _SHARE * n_cell)
 
 
+# What no unit is written with.
+_NO_UNIT = b"0123456789.,;:+-*#/ \t"
 _WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 
@@ -290,8 +292,8 @@ def _refusal(sheet: Sheet, index: int, heading: Heading, plain: _Plain, *, said:
 def _some_with_unit(cells: Sequence[str]) -> bool:
     """Whether a unit stands in some cells of a column of numbers, behind the first."""
     joined = "".join(cells)
-    if joined.isascii() and "%" not in joined and joined.upper() == joined.lower():
-        return False  # without a letter, as is told at once
+    if joined.isascii() and not joined.encode().translate(None, _NO_UNIT):
+        return False  # as is told at once
     return any(_WITH_UNIT.fullmatch(cells[r].strip()) for r in (not_numbers(cells, len(cells)) or [])[:_SEEN])
 
 

@@ -78,9 +78,12 @@ def _rows_of(a: FloatArray, b: FloatArray) -> list[int]:
     if rows.size < 4 * _NEAR:
         return []
     both = np.stack([a[rows], b[rows]])
-    steps, across = np.abs(np.diff(both)), np.abs(both[::-1, 1:] - both[:, :-1])
-    floor = np.array([max(_NOISES * noise_of(y), _DIGITS * least_apart(y)) for y in both])
-    at = np.flatnonzero(np.all((across * _JUMP < steps) & (steps > floor[:, None]), axis=0))
+    steps, at = np.abs(np.diff(both)), np.arange(rows.size - 1)
+    for y, step in zip(both, steps, strict=True):
+        # In most records no step of one of them is large, which ends it.
+        at = at[step[at] > max(_NOISES * noise_of(y), _DIGITS * least_apart(y))] if at.size else at
+    across = np.abs(both[::-1, at + 1] - both[:, at])
+    at = at[np.all(across * _JUMP < steps[:, at], axis=0)]
     found: list[int] = []
     for i, j in pairwise(at[: 2 * _MOST_ROWS].tolist()):
         low, high = max(i - _NEAR + 1, 0), j + _NEAR + 1

@@ -43,6 +43,7 @@ class Notation:
 class _Shown:
     """Where a cell of a column, each after a line end, shows which mark is the decimal one.
 
+    ends : a cell that the mark may end, and not all that shows it; it is found several times as fast.
     certain : by any form that does.
     cut : by fewer than three digits after it alone, as they are left of thousands, too, where a row is cut.
     whole : by any other form.
@@ -52,6 +53,7 @@ class _Shown:
     """
 
     mark: str
+    ends: re.Pattern[str]
     certain: re.Pattern[str]
     cut: re.Pattern[str]
     whole: re.Pattern[str]
@@ -61,15 +63,19 @@ class _Shown:
 
     def search(self, text: str) -> re.Match[str] | None:
         """The first cell that shows it."""
-        # Without the mark itself only one form is left, and looked for several times as fast.
-        if self.mark not in text:
-            return self.twice.search(text) if _OTHER[self.mark] in text else None
+        # Without the mark as the last one only one form is left.
+        if self.ends.search(text) is None:
+            return self.twice.search(text) if _TWICE[_OTHER[self.mark]].search(text) else None
         found = self.certain.search(text)
         if found is not None and self.cut.fullmatch(found[0]) and self._are_few(text):
             found = self.whole.search(text)
         if found is not None and self.long.fullmatch(found[0]) and self._is_single(text):
             return None
         return found
+
+    def may_set_thousands_apart(self, text: str) -> re.Match[str] | None:
+        """The first cell whose one mark may as well set thousands apart."""
+        return self.unsure.search(text) if self.ends.search(text) else None
 
     def _is_single(self, text: str) -> bool:
         """Whether a cell is the only one that shows it, among others with three digits after the mark."""
@@ -86,6 +92,8 @@ class _Shown:
 
 
 _OTHER = {".": ",", ",": "."}
+# A mark that stands twice in a number, with the digits of thousands or hundreds of them between.
+_TWICE = {m: re.compile(rf"{re.escape(m)}\d{{2,3}}{re.escape(m)}", re.ASCII) for m in ".,"}
 
 
 def _shown(mark: str) -> _Shown:
@@ -108,7 +116,7 @@ def _shown(mark: str) -> _Shown:
     unsure = rf"[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$"
     forms = (f"{cut}|{whole}", cut, whole, longer, twice, unsure)
     patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in forms)
-    return _Shown(mark, *patterns)
+    return _Shown(mark, re.compile(rf"{point}[^.,\n]*+$", re.MULTILINE), *patterns)
 
 
 # Cells with fewer than three digits after the mark are no cells that were cut if they are so many, or such a share of those
@@ -188,7 +196,7 @@ def decide_notation(
             return Notation("", conflict="some cells have a decimal point and some a decimal comma", places=places)
         mark = "." if found["."] else "," if found[","] else ""
         if mark and commas[c]:
-            apart = _SHOWN[_OTHER[mark]].unsure.search(text)
+            apart = _SHOWN[_OTHER[mark]].may_set_thousands_apart(text)
             match = found[mark]
             whole = mark not in text
             if apart and match and (both := _with_both_marks(text, mark)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import compress, islice
 
 import numpy as np
 
@@ -64,7 +64,7 @@ _GRAMMAR = {".": _grammar(".", ","), ",": _grammar(",", ".")}
 _NUMBER = {mark: re.compile(rf"{grammar}\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
 # Where a cell of a column, each after a line end, is no such number (a literal "\n" is searched for twice as fast as "^").
 _NOT_A_NUMBER = {mark: re.compile(rf"\n(?!{grammar}$)", re.ASCII | re.MULTILINE) for mark, grammar in _GRAMMAR.items()}
-_APART = {".": re.compile(f"[,{SPACES}\t]"), ",": re.compile(f"[.{SPACES}\t]")}
+_APART = {".": f",{SPACES}\t", ",": f".{SPACES}\t"}
 
 
 def is_numeric(cell: str) -> bool:
@@ -140,7 +140,8 @@ def parse_number(cell: str, decimal: str) -> float | None:
     """
     if len(cell) > _LONGEST_NUMBER or _NUMBER[decimal].match(cell) is None:
         return None
-    return float(_APART[decimal].sub("", cell).replace(",", ".").replace("\u2212", "-").replace("\u2013", "-"))
+    number = "".join(c for c in cell if c not in _APART[decimal])
+    return float(number.replace(",", ".").replace("\u2212", "-").replace("\u2013", "-"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +170,8 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     if n == 0:
         return Numbers(values, empty, over, bad)
     if "" in cells:
-        empty = np.array(cells, dtype=object) == ""
-        there = to_numbers([c for c in cells if c], decimal)
+        empty = ~np.fromiter(map(bool, cells), np.bool_, n)
+        there = to_numbers(list(compress(cells, cells)), decimal)
         for column, of in ((values, there.values), (over, there.over), (bad, there.bad)):
             column[~empty] = of
         empty[~empty] = there.empty
@@ -187,7 +188,9 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         regular[list(odd)] = False
         text = "\n".join(c for c, r in zip(cells, regular.tolist(), strict=True) if r) if odd else joined
         if not _PLAIN[decimal].fullmatch(text):
-            text = _APART[decimal].sub("", text).replace("\u2212", "-").replace("\u2013", "-")
+            for mark in _APART[decimal]:
+                text = text.replace(mark, "")
+            text = text.replace("\u2212", "-").replace("\u2013", "-")
         if len(odd) < n:
             values[regular] = np.array(text.replace(",", ".").split("\n"), dtype=np.float64)
         over = np.abs(values) >= OVER_RANGE

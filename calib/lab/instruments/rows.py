@@ -238,7 +238,7 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | Non
         elif kind_of_line(row, (), keys, len(columns)) != "row":
             return None
     if not np.all(kept):
-        columns = [list(compress(column, kept)) for column in columns]
+        columns = [list(compress(column, kept.tolist())) for column in columns]
     places = np.cumsum(kept) - 1
     short = {int(places[i]): why for i, why in short_rows(lengths, len(lines), len(columns)).items() if kept[i]}
     require_no_other_rows(sheet, text_below, len(lines))

@@ -80,7 +80,13 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
 
 def _runs(column: Sequence[str]) -> list[tuple[int, int]]:
     """Where cells in succession are empty: the first row of them, and the first behind them."""
-    rows = np.flatnonzero(np.fromiter(map(_EMPTY.__contains__, column), np.bool_, len(column)))
+    found: list[int] = []
+    for empty in _EMPTY:
+        row = -1
+        for _ in range(column.count(empty)):
+            row = column.index(empty, row + 1)
+            found.append(row)
+    rows = np.sort(np.array(found, dtype=np.int64))
     cuts = np.flatnonzero(np.diff(rows) > 1)
     firsts, lasts = np.concatenate((rows[:1], rows[cuts + 1])), np.concatenate((rows[cuts], rows[-1:]))
     return list(zip(firsts.tolist(), (lasts + 1).tolist(), strict=True))

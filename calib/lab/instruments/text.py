@@ -6,7 +6,7 @@ import codecs
 import hashlib
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -349,7 +349,7 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     for shown, with_names, note in _NAMED_ELSEWHERE:
         if shown.search(text[:_OF_SIGNALS]) and (named := with_names(text.split("\n"))):
             text, notes = "\n".join(named), [*notes, note]
-    if '"' in text and (lines := _unquoted(text.split("\n"))):
+    if '"' in text and (lines := _unquoted(_lines_of(text))):
         text = "\n".join(lines)
         notes.append("every line of cells stands in quotes as a whole, as if it were one cell: the quotes are taken off")
     if _MAY_BE_TWICE.search(text):
@@ -362,7 +362,16 @@ def _as_cells(text: str) -> tuple[str, tuple[str, ...]]:
     return text, tuple(notes)
 
 
-def _unquoted(lines: list[str]) -> list[str]:
+def _lines_of(text: str) -> Iterator[str]:
+    """The lines of a text one by one, of which the first few are enough for most."""
+    begin = 0
+    while (end := text.find("\n", begin)) >= 0:
+        yield text[begin:end]
+        begin = end + 1
+    yield text[begin:]
+
+
+def _unquoted(lines: Iterable[str]) -> list[str]:
     """The lines without the quotes around each of them; [] if one that has several cells has none, or cells of its own.
 
     Names above may stand without quotes, as many as there are cells in the first line that is in quotes.
