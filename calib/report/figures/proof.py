@@ -22,8 +22,11 @@ def proof_figure(proof: Proof) -> Figure:
     Numbers of the material are drawn in colours, and every quantity that strays; the others in grey.
     """
     tested = proof.tested
-    fig = Figure(figsize=(WIDTH, 2.9 + 0.17 * len(tested)), layout="constrained")
-    ranks, cover = fig.subplots(2, 1, gridspec_kw={"height_ratios": [2.6, 0.3 + 0.17 * len(tested)]})
+    heights = (3.4, 0.5 + 0.17 * len(tested))
+    fig = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
+    # Names beside the lower axes, however long, take nothing of the width of the upper ones.
+    above, below = fig.subfigures(2, 1, height_ratios=heights)
+    ranks, cover = above.subplots(), below.subplots()
     at = rank_points()
     low, high = rank_band(len(proof.counted), LEVEL)
     ranks.fill_between(at, low - at, high - at, color=LIGHT, lw=0, label=f"{LEVEL * 100:g} % of sound ones stay inside")
@@ -45,7 +48,7 @@ def proof_figure(proof: Proof) -> Figure:
     ranks.set_xlim(0, 1)
     ranks.set_xlabel("rank of the truth in its posterior")
     ranks.set_title(f"ranks of {len(proof.counted)} truths, less what is uniform")
-    ranks.legend(loc="upper left", bbox_to_anchor=(-0.45, -0.22), fontsize=7, ncols=2)
+    above.legend(loc="outside lower center", fontsize=6, ncols=2)
     rows = np.arange(len(tested))[::-1]
     for row, t in zip(rows, tested, strict=True):
         colour = VERMILION if t.interval[1] < 0.9 or t.interval[0] > 0.9 else BLUE
