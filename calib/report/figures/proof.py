@@ -25,7 +25,8 @@ def proof_figure(proof: Proof) -> Figure:
     heights = (3.4, 0.5 + 0.17 * len(tested))
     fig = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
     # Names beside the lower axes, however long, take nothing of the width of the upper ones.
-    above, below = fig.subfigures(2, 1, height_ratios=heights)
+    grid = fig.add_gridspec(2, 1, height_ratios=heights)
+    above, below = (fig.add_subfigure(grid[row]) for row in (0, 1))
     ranks, cover = above.subplots(), below.subplots()
     at = rank_points()
     low, high = rank_band(len(proof.counted), LEVEL)
