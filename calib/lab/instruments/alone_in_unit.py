@@ -20,9 +20,9 @@ from calib.lab.instruments.vocabulary import FUNCTION, Heading, as_a_record, hea
 _WORDS = re.compile(
     r"(?![ΔδΔ∆])(?=[^\W\d_]{3}|(?!d|x|y)[^\W\d_]{2}\s[^\W\d_]{3})[^\W\d_]+(?:[\s_.'’-]+[^\W\d_]+)*\.?|pd|cx|dl", re.IGNORECASE
 )
-# Letters that formulas and people have for a place or a force; "t", "r", "l" and "a" are dimensions of a sample or a contact,
-# "x" and "y" axes, "T", "V" and "Q" forces across.
-_LETTERS = {"displacement": "uvwszUVWSZ", "force": "LNPRW"}
+# Letters that formulas and people have for a place or a force, and a load cut short; "t", "r", "l" and "a" are dimensions of a
+# sample or a contact, "x" and "y" axes, "T", "V" and "Q" forces across.
+_LETTERS = {"displacement": (*"uvwszUVWSZ",), "force": (*"LNPRWK", "Ld", "LD", "ld")}
 # Letters of formulas before a word of what moves or is pressed, "F_Kugel", "u_ball"; "d" and "h" are sizes of it, "x" an axis.
 _BEFORE_WORDS = {"displacement": "suwzSUWZ", "force": "FP"}
 _LETTER_OF = re.compile(r"(?P<letter>[^\W\d_])[_ .-](?P<word>[^\W\d_]{3,}(?:[_ .-][^\W\d_]{3,})*)")
@@ -103,11 +103,7 @@ def _says_nothing(name: str, below: str, unit: str, quantity: str) -> bool:
     if alone.lower() in _OF_FORMULAS.get(quantity, ()) and "Δ" not in alone:
         return True
     return (
-        (
-            by_letter
-            or alone in tuple(_LETTERS.get(quantity, ""))
-            or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH))
-        )
+        (by_letter or alone in _LETTERS.get(quantity, ()) or any(form.fullmatch(alone) for form in (_WORDS, _SIGNS, _PATH)))
         and not any(word in DERIVED or word in PROCESSED or word in RELATIVE or word in ALTERED for word in said)
         and heading_as("time", name).name not in STEP_TIMES
         and not is_of_another(outside, quantity)

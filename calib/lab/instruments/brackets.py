@@ -112,11 +112,9 @@ _RANGE = re.compile(
     r"(?: load cell| cell| range| (?:Kraftm|M)ess(?:dose|bereich)| Dose)?"
 )
 # The same without its unit, "FS=10", "range 10", or without a number: "high range", "auto-range".
-_REACH_ALONE = re.compile(
-    rf"(?:{RATED}|{RANGE})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?|"
-    rf"(?:high|low|wide|narrow|auto(?:matic)?|full|hoher|niedriger|großer|kleiner)[ -]?(?:{RANGE})",
-    re.IGNORECASE,
-)
+_IN_WORDS = rf"(?:high|low|wide|narrow|auto(?:matic)?|full|hoher|niedriger|großer|kleiner)[ -]?(?:{RANGE})"
+_REACH_ALONE = re.compile(rf"(?:{RATED}|{RANGE})[ :=]{{1,2}}(?:±\s?)?\d+(?:[.,]\d+)?|{_IN_WORDS}", re.IGNORECASE)
+_REACH_IN_WORDS = re.compile(rf"(?<![^\W_]){_IN_WORDS}(?![^\W_])", re.IGNORECASE)
 # At which frequency, voltage and range a meter measured: "@ 100 kHz, 1 V", "[1 kHz; 1 V]", "-1kHz", "(f=1 kHz)", "bei 1 kHz".
 _ONE = (
     r"(?:(?:f|freq|frequency|osc|level|u|v|vac)\.?\s?=\s?)?\d+(?:[.,]\d+)?\s?"
@@ -664,12 +662,14 @@ def no_record(text: str) -> str:
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     >>> no_record("Kraftvorgabe"), no_record("TargetForce")
     ('"kraftvorgabe" was commanded, not measured', '"target" was commanded, not measured')
+    >>> no_record("Force high range"), no_record("Force range")
+    ('', '"range" is a statistic, no record')
     >>> no_record("Force p-p"), no_record("peak-to-peak")
     ('"p-p" is a statistic, no record', '"peak-to-peak" is a statistic, no record')
     """
     if (between := _PEAK_TO_PEAK.search(text)) is not None:
         return f'"{between[0].lower()}" is a statistic, no record'
-    for found in words_in(_CAMEL.sub(" ", text)):
+    for found in words_in(_REACH_IN_WORDS.sub(" ", _CAMEL.sub(" ", text))):
         word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'

@@ -35,7 +35,7 @@ def conventions(sheet: Sheet, columns: Collection[str]) -> Mapping[str, tuple[in
     """
     found: dict[str, tuple[int, str]] = {}
     different: set[str] = set()
-    for line, text in sorted(sheet.lines_around.items()):
+    for line, text in sorted(sheet.lines_and_sheets.items()):
         if len(text) > _LONGEST or not says_sense(text):
             continue
         of: list[str] = []

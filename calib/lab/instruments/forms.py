@@ -52,6 +52,12 @@ _FIRST_ROWS = 30
 _IN_TURN = 0.1
 # Characters of a line of such a form, and numbers in it.
 _LONGEST, _MOST = 2000, 60
+# A row of a table, of numbers with points between one kind of marks; a quick look at what most files are.
+_CELL = r"(?:[-+]?(?:\d++(?:\.\d*+)?+|\.\d++)(?:[eE][-+]?\d{1,3})?+)"
+_OF_TABLES = (
+    *(re.compile(rf'[ "]*+{_CELL}?+[ "]*+(?:{mark}[ "]*+{_CELL}?+[ "]*+)*+') for mark in ",;\t"),
+    re.compile(rf" *+{_CELL}(?: ++{_CELL})*+ *+"),
+)
 # What stands between the cells of a table, and around the rows of one in brackets.
 _BETWEEN_CELLS = re.compile(r"[\"'\s,;|]*")
 _OPENED, _CLOSED, _CHECKSUM = r"[\s\[(]*", r"[\s\]),;]*", re.compile(r"\*[0-9A-Fa-f]{2}$")
@@ -138,8 +144,11 @@ def of_one_form(text: LabText, reading: Reading) -> Sheet | None:
     sample = [line for line in text.lines[middle : middle + 2 * _LOOKED_AT] if line.strip()]
     if len(sample) < _FEWEST or max(map(len, sample)) > _LONGEST:
         return None
+    least = max(_FEWEST, _IN_TURN * len(sample))
+    if sum(not any(row.fullmatch(line) for row in _OF_TABLES) for line in sample) < least:
+        return None
     forms = _forms_of(sample)
-    often = [(form, n) for form, n in forms.most_common(6) if n >= max(_FEWEST, _IN_TURN * len(sample))]
+    often = [(form, n) for form, n in forms.most_common(6) if n >= least]
     if not often or not any(_is_text(form) for form, _ in often):
         return None
     form = often[0][0]

@@ -28,14 +28,21 @@ def level_told(sheet: Sheet, index: int) -> list[str]:
     sheet : the record.
     index : the column of the capacitance.
     """
-    lines = sheet.lines_around
-    for number, line in sorted(lines.items()):
-        if len(line) > _LONGEST or _SHIFTED.search(line) is None:
-            continue
-        if any(is_unit_of(match["unit"] or match["named"], "capacitance") for match in _AMOUNT.finditer(line)):
+    for number, line in sorted(sheet.lines_and_sheets.items()):
+        if tells_of_a_level(line):
             shown = " ".join(line.replace('"', "").split()).strip(" #;,")[:60]
             return [
                 f'line {number} says "{shown}": "{sheet.names[index]}" is read as it is written, with nothing added or taken '
                 "off; if that is to be done, write the column anew"
             ]
     return []
+
+
+def tells_of_a_level(line: str) -> bool:
+    """Whether a line speaks of an amount that is taken off a capacitance, or added.
+
+    >>> tells_of_a_level("Offset: 2.5 pF"), tells_of_a_level("Offset: 2.5 mm")
+    (True, False)
+    """
+    amounts = _AMOUNT.finditer(line) if len(line) <= _LONGEST and _SHIFTED.search(line) else ()
+    return any(is_unit_of(match["unit"] or match["named"], "capacitance") for match in amounts)

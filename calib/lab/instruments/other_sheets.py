@@ -8,13 +8,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from calib.errors import Fault
+from calib.lab.instruments.brackets import says_sense
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.contrary import unit_against
 from calib.lab.instruments.header import declared_units
 from calib.lab.instruments.labtable import LabTable
+from calib.lab.instruments.level_told import tells_of_a_level
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.part import Part
 from calib.lab.instruments.stated import stated_factors
+from calib.lab.instruments.told import tells_of_readings
 
 # A sheet of settings is short; each of its lines is a remark, or a name and its value.
 _MOST_LINES, _LONGEST, _CELLS = 400, 200, 2
@@ -42,8 +45,9 @@ def _lines(part: Part) -> Iterator[str]:
 
 
 def _may_change(words: str) -> bool:
-    acts = stated_factors([words]) or declared_units([words]) or said_circuit([words])
-    return bool(acts) or any(unit_against(words, quantity, math.nan) for quantity in _QUANTITIES)
+    acts = bool(stated_factors([words]) or declared_units([words]) or said_circuit([words]) or says_sense(words))
+    acts |= tells_of_readings(words) or tells_of_a_level(words)
+    return acts or any(unit_against(words, quantity, math.nan) for quantity in _QUANTITIES)
 
 
 def with_its_sheet(fault: Fault, said: Sequence[tuple[str, str]]) -> tuple[Fault, str]:

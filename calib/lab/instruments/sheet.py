@@ -176,6 +176,11 @@ class Sheet:
                 around[line] += f" ({quantity})"
         return around
 
+    @property
+    def lines_and_sheets(self) -> dict[int, str]:
+        """What stands around the rows, and on sheets beside the record, whose lines are negative."""
+        return self.lines_around | {line: words for line, words in self.beside if line < 0}
+
     def unit_written(self, column: int) -> str:
         """The last unit in the name of a column or below it, "" if there is none."""
         cut = without_brackets(tidy(self.names[column]))

@@ -146,7 +146,7 @@ def told_otherwise(
     decimal : the decimal mark of the readings.
     reading : a unit that is said once more is not doubted.
     """
-    lines = sheet.lines_around
+    lines = sheet.lines_and_sheets
     values = {**{stands_for(q): v for q, v in values.items()}, **values}
     told = [found for number, line in sorted(lines.items()) if (found := _told_in(line, number, decimal)) is not None]
     notes: list[str] = []
@@ -240,7 +240,9 @@ def _ways(told: _Told, measured: Sequence[float], columns: Sequence[ReadColumn],
     found = []
     for column in columns:
         quantity = stands_for(column.quantity)
-        if column.clock or (told.is_rate and told.value < measured[0] < _LEAST_STEP * column.factor):
+        # Rows that are kept every few seconds have those for a unit; minutes and hours are as likely a wrong one.
+        thinned = told.is_rate and told.value < measured[0] < _LEAST_STEP * column.factor
+        if column.clock or (thinned and column.factor <= 1.0):
             continue
         power = -1 if quantity == "time" and told.kind == "speed" else 1
         units = [(unit, lab_factor(unit, quantity)) for unit in _UNITS[quantity]]
@@ -268,6 +270,15 @@ def _may_be_chosen(told: _Told, measured: Sequence[float], factors: Sequence[flo
 
 
 # --- what is told --------------------------------------------------------------------------------------------------------
+
+
+def tells_of_readings(line: str) -> bool:
+    """Whether a line tells what can be held against readings: a speed, a rate, a largest force, a duration.
+
+    >>> [tells_of_readings(line) for line in ("Max load: 5.0 N", "Sampling rate: 10 Hz", "Operator: 12")]
+    [True, True, False]
+    """
+    return any(_told_in(line, 1, decimal) is not None for decimal in ".,")
 
 
 def _told_in(line: str, number: int, decimal: str) -> _Told | None:

@@ -25,14 +25,15 @@ def with_whole_header(lines: Sequence[str]) -> tuple[list[str], str]:
     The lines, an empty one in the place of the second, and a note; none and "" if no header is broken.
     """
     for delimiter in ",;\t":
-        first = next((i for i, line in enumerate(lines[:_WITHIN]) if _names(line, delimiter)), None)
+        within = (i for i, line in enumerate(lines[:_WITHIN]) if delimiter in line)
+        first = next((i for i in within if len(_names(lines[i], delimiter)) > 1), None)
         if first is None or first + 2 >= len(lines):
             continue
         names = [_names(line, delimiter) for line in lines[first : first + 2]]
         quantities = [heading.quantity for half in names for heading in half]
         rows = [line.split(delimiter) for line in lines[first + 2 : first + 2 + _ROWS] if line.strip()]
         wide = all(len(row) == len(quantities) and all(is_numeric(c.strip(' "')) for c in row) for row in rows)
-        both = len(names[0]) > 1 and len(names[1]) > 0 and all(heading.unit for half in names for heading in half)
+        both = len(names[1]) > 0 and all(heading.unit for half in names for heading in half)
         if both and rows and wide and len(set(quantities)) == len(quantities):
             joined = f"{lines[first].rstrip().rstrip(delimiter)}{delimiter}{lines[first + 1].strip().strip(delimiter)}"
             note = f"the header in line {first + 1} goes on in the next line"

@@ -203,7 +203,17 @@ def test_two_paths_in_one_unit_and_what_is_computed_are_asked_about(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    "header", ["t (s),u (mm),W [N]", "T (s),w [mm],L (N)", "t_s,u_mm,P_N", "t;u;R\ns;mm;N", "% t (s),u (mm),F (N)"]
+    "header",
+    [
+        "t (s),u (mm),W [N]",
+        "T (s),w [mm],L (N)",
+        "t_s,u_mm,P_N",
+        "t (s),u (mm),K (N)",
+        "t (s),u (mm),Ld (N)",
+        "t (s),u (mm),Force high range (N)",
+        "t;u;R\ns;mm;N",
+        "% t (s),u (mm),F (N)",
+    ],
 )
 def test_a_letter_alone_in_a_unit_of_length_or_force_is_read_with_a_note(tmp_path: Path, header: str) -> None:
     table = read(tmp_path, header, TIME, DEPTH, FORCE)

@@ -147,3 +147,31 @@ def test_settings_and_results_of_other_reasons_change_nothing_and_are_told(tmp_p
     table = read_lab_file(_write(tmp_path, said))
     np.testing.assert_allclose(table.columns["force"], TRUE["force"], atol=1e-9)
     assert 'sheet "Setup"' in _told(table)
+
+
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize(
+    ("row", "quantity", "wrong", "right"),
+    [
+        (["Max load", f"{TRUE['force'].max():.3f} N"], "force", "mN", "N"),
+        (["Maximum displacement (mm)", float(TRUE["displacement"].max())], "displacement", "um", "mm"),
+        (["Sampling rate", f"{1 / (TRUE['time'][1] - TRUE['time'][0]):.6g} Hz"], "time", "min", "s"),
+        (["Test duration", f"{np.ptp(TRUE['time']):.6g} s"], "time", "ms", "s"),
+    ],
+)
+def test_what_a_sheet_tells_of_the_readings_is_held_against_them(
+    tmp_path: Path, row: list[Any], quantity: str, wrong: str, right: str, first: bool
+) -> None:
+    names = [HEADS[q].replace(f"({right})", f"({wrong})") if q == quantity else HEADS[q] for q in PRESS]
+    path = _write(tmp_path, [["Operator", "kim"], row], names=names, first=first)
+    with pytest.raises(InputError, match=rf'stands in sheet "Setup".*--units {quantity}={right}\b'):
+        read_lab_file(path)
+    asked = read_lab_file(path, Reading(units={quantity: right}))
+    plain = read_lab_file(_write(tmp_path, [["Operator", "kim"], row], first=first))
+    np.testing.assert_allclose(asked.columns[quantity], plain.columns[quantity], rtol=1e-9)
+    assert not any("another unit" in note for note in plain.notes)
+
+
+def test_a_sheet_that_says_what_was_taken_off_the_capacitance_is_told(tmp_path: Path) -> None:
+    table = read_lab_file(_write(tmp_path, [["Open correction", "offset 2.5 pF subtracted"]]))
+    assert any('sheet "Setup"' in note and "as it is written" in note for note in table.notes)

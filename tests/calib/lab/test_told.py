@@ -38,6 +38,7 @@ def told(path: Path, *above: str, header: str = PLAIN, scale: tuple[float, ...] 
         ('"Rate 1","6","mm/min"', PLAIN.replace("(mm)", "(in)"), "--units displacement=mm", "displacement", 1.09e-3),
         ("Vitesse (mm/s);0.1", PLAIN.replace("(s)", "(min)"), "--units time=s", "time", 11.9),
         ("Sampling rate: 10 Hz", PLAIN.replace("(s)", "(ms)"), "--units time=s", "time", 11.9),
+        ("Sampling rate: 10 Hz", PLAIN.replace("(s)", "(min)"), "--units time=s", "time", 11.9),
         ("Sampling interval [ms],100", PLAIN.replace("(s)", "(min)"), "--units time=s", "time", 11.9),
         ("Test duration: 11.9 s", PLAIN.replace("(s)", "(ms)"), "--units time=s", "time", 11.9),
         (f"Maximum force: {FORCE.max():.3f} N", PLAIN.replace("(N)", "(kN)"), "--units force=N", "force", FORCE.max()),
