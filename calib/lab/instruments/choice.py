@@ -23,6 +23,7 @@ from calib.lab.instruments.other_axes import along_another_axis
 from calib.lab.instruments.passed_by import tells_how_measured
 from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, in_words, other_clock
 from calib.lab.instruments.rivals import add_up, difference, goes_back, holds_clock, moves_with, readings, stands_still
+from calib.lab.instruments.said_in_rows import circuits_in_turn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import clocks_by_cells, date_column
 from calib.lab.instruments.units import is_mass, is_unit_of, lab_factor, stands_for
@@ -38,6 +39,7 @@ from calib.lab.instruments.vocabulary import (
     understood_names,
     why_unread,
 )
+from calib.lab.instruments.where import asked_name
 from models.sensor import FloatArray
 
 
@@ -339,8 +341,12 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     notes: list[str] = []
     faults: list[Fault] = []
     above = said_circuit(sheet.prelude_of(OF_METER), sheet.in_every_row)
+    in_turn = circuits_in_turn(sheet)
     for index, heading in sheet.headings.items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
+            continue
+        if in_turn is not None:
+            faults.append(_in_circuits(sheet, index, *in_turn))
             continue
         said = circuit_beside_unit(sheet, index) or above
         if said is None:
@@ -366,6 +372,24 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
             headings[index] = replace(heading, name=f"parallel {heading.name}")
             notes.append(f'"{sheet.names[index]}" is a parallel capacitance: "{said.shown}" stands in line {said.line}')
     return headings, {}, notes, faults
+
+
+def _in_circuits(sheet: Sheet, index: int, key: int, cells: Sequence[str]) -> Fault:
+    """The fault of a capacitance of which another column says that it is in series in some rows, and parallel in others."""
+    lines = [int(sheet.lines[list(sheet.columns[key]).index(cell)]) for cell in cells]
+    said = " and ".join(f'"{cell.strip()}" from line {line} on' for cell, line in zip(cells, lines, strict=True))
+    rows, all_of = (
+        Choice("where", tuple(cells), asked_name(sheet, key)),
+        Choice("columns", (sheet.names[index],), "capacitance"),
+    )
+    return Fault(
+        f'column "{sheet.names[index]}" is a capacitance of two circuits: "{_shown(sheet, key)}" says {said}',
+        sheet.text.path,
+        lines[1],
+        index + 1,
+        advice=f"Say which rows are meant: {rows}; if all of them are Cp: {all_of}",
+        choice=rows,
+    )
 
 
 def _without_stray_letters(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.column_words import few_kinds, is_seldom
 from calib.lab.instruments.header import declared_units
 from calib.lab.instruments.numbers import is_missing, is_numeric
@@ -85,6 +86,21 @@ def words_in_rows(sheet: Sheet) -> Iterator[tuple[int, str]]:
         for cell in sorted(said, key=column.index):
             words = _named(sheet.names[index], " ".join(cell.split()))
             yield own.get(words, int(sheet.lines[column.index(cell)])), words
+
+
+def circuits_in_turn(sheet: Sheet) -> tuple[int, list[str]] | None:
+    """The first column not read that names one circuit in some rows and the other in others: its index, and its cells in order.
+
+    Parameters
+    ----------
+    sheet : the record.
+    """
+    for index, column in _not_read(sheet):
+        cells = sorted(few_kinds(column) - {""}, key=column.index)
+        named = {cell: said.word for cell in cells if (said := said_circuit([_named(sheet.names[index], cell)])) is not None}
+        if {"series", "parallel"} <= set(named.values()):
+            return index, list(named)
+    return None
 
 
 def _not_read(sheet: Sheet) -> Iterator[tuple[int, Sequence[str]]]:

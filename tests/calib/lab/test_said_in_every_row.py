@@ -209,3 +209,20 @@ def test_what_is_said_in_every_row_for_other_reasons_changes_nothing(tmp_path: P
 )
 def test_a_remark_or_a_verdict_in_every_row_is_told(tmp_path: Path, name: str, cell: str) -> None:
     assert f'"{cell}"' in _told(read_lab_file(_write(tmp_path, name, cell)))
+
+
+@pytest.mark.parametrize("circuits", [("Cp-D", "Cs-D"), ("parallel", "series"), ("Cs-Rs", "Cp-Rp")])
+def test_a_capacitance_of_two_circuits_is_read_in_one_that_is_said(tmp_path: Path, circuits: tuple[str, str]) -> None:
+    lines = [",".join(["Mode", *NAMES])]
+    for k, circuit in enumerate(circuits):
+        lines += [",".join([circuit, f"{float(row[0]) + 1000.0 * k:.2f}", *row[1:]]) for row in zip(*CELLS, strict=True)]
+    path = tmp_path / "modes.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"of two circuits.*--where Mode={circuits[0]} or --where Mode={circuits[1]}"):
+        read_lab_file(path)
+    series, parallel = sorted(circuits, key=lambda circuit: "s" not in circuit.lower()[:2])
+    table = read_lab_file(path, Reading(where={"Mode": parallel}))
+    np.testing.assert_allclose(table.columns["capacitance"], TRUE["capacitance"] * 1e-12, rtol=1e-9)
+    with pytest.raises(InputError, match=r"a series or a parallel capacitance|no column D"):
+        read_lab_file(path, Reading(where={"Mode": series}))
+    assert len(read_lab_file(path, Reading(columns={"capacitance": CAP})).lines) == 2 * N_ROW
