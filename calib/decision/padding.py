@@ -227,11 +227,12 @@ def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
     """Thickness [m] of the largest change of each draw, by the parabola through the grid's maximum and its neighbours."""
     filled = np.where(np.isfinite(change), change, -np.inf)
     i = np.argmax(filled, axis=1)
-    row = np.arange(i.size)
-    left, middle, right = (filled[row, np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1))
-    inner = (i > 0) & (i < grid.size - 1) & np.isfinite(left) & np.isfinite(right)
-    bend = np.where(inner, left - 2 * middle + right, -1.0)
-    shift = np.where(inner & (bend < 0), 0.5 * (np.where(inner, left - right, 0.0)) / np.where(bend < 0, bend, -1.0), 0.0)
+    beside = np.stack([filled[np.arange(i.size), np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1)])
+    inner = np.flatnonzero((i > 0) & (i < grid.size - 1) & np.all(np.isfinite(beside), axis=0))
+    left, middle, right = beside[:, inner]
+    bend = left - 2 * middle + right
+    shift = np.zeros(i.size)
+    shift[inner] = np.divide(0.5 * (left - right), bend, out=np.zeros(inner.size), where=bend < 0)
     return np.asarray(grid[i] + shift * (grid[1] - grid[0]), dtype=float)
 
 
