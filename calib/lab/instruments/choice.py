@@ -380,7 +380,7 @@ def _in_circuits(sheet: Sheet, index: int, key: int, cells: Sequence[str]) -> Fa
     said = " and ".join(f'"{cell.strip()}" from line {line} on' for cell, line in zip(cells, lines, strict=True))
     rows, all_of = (
         Choice("where", tuple(cells), asked_name(sheet, key)),
-        Choice("columns", (sheet.names[index],), "capacitance"),
+        Choice("columns", (sheet.name_for_asking(index),), "capacitance"),
     )
     return Fault(
         f'column "{sheet.names[index]}" is a capacitance of two circuits: "{_shown(sheet, key)}" says {said}',
