@@ -345,6 +345,7 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "bl
 
 
 def _show(o: Observations) -> None:
+    from rich.markup import escape
     from rich.table import Table
 
     from calib.catalogue import CHANNELS
@@ -385,7 +386,7 @@ def _show(o: Observations) -> None:
                 f"{e.correlation:.2g} row{'' if e.correlation < 1.05 else 's'}",
             )
         )
-        shown.add_row(name, table.sources.get(name, ""), *ends, unit, *of)
+        shown.add_row(name, escape(table.sources.get(name, "")), *ends, unit, *of)
     console.print(shown)
     n_used = int(o.used.sum())
     branches = [f"{b or 'unknown'} {o.branch.count(b)}" for b in dict.fromkeys(o.branch)]
@@ -404,7 +405,7 @@ def _show(o: Observations) -> None:
     if objections:
         quality = Table("quality", "check", "number", "finding", "advice")
         for level, *cells in objections:
-            quality.add_row(level, *cells, style={"bad": "red", "warning": "yellow"}.get(level, ""))
+            quality.add_row(level, *map(escape, cells), style={"bad": "red", "warning": "yellow"}.get(level, ""))
         console.print(quality)
     good = [f"{check} ({number})" for level, check, number, *_ in judged if level == "good"]
     if good:

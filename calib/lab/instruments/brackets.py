@@ -66,6 +66,11 @@ _WITH_BALL = re.compile(
 _OF_MATLAB = re.compile(r"(?P<name>[^\W\d_](?:[^\W_]|_(?![\d_]))*)_(?P<unit>[^\W\d_]+)_")
 # "time_in_s", "force_in_mN": as people write "force in mN" for a program.
 _IN_UNIT = re.compile(r"(?P<name>[^\W\d_]\w*?)_in_(?P<unit>[^\W\d_]+)")
+# A unit that is said to be one: "Kraft (in N)", "Force [unit: N]".
+_SAID_IN_BRACKETS = re.compile(
+    r"([(\[])\s*(?:in|units?|einheit|unité|unidad|unità|unidade|jednostka|单位|単位)(?:\s*[:=：]\s*|\s+)(?P<unit>[^()\[\]]+?)\s*([)\]])",
+    re.IGNORECASE,
+)
 # A symbol as TeX has it: "$C_p$", "$\\delta$", "$F_{\\mathrm{N}}$"; the Greek letters that stand for a length or a unit.
 _OF_TEX = re.compile(r"\$([^$]{1,40})\$")
 _GREEK = {r"\delta": "delta", r"\Delta": "Δ", r"\mu": "μ", r"\rm": "", r"\mathrm": "", r"\text": ""}
@@ -277,6 +282,8 @@ def tidy(cell: str) -> str:
     ('Displacement (mm)', 'Force 101 (N)', 'Load.A')
     >>> tidy("time_in_s"), tidy("forceN"), tidy("capacitancePf"), tidy(r"$C_p$ (pF)"), tidy("Time (s since 1.1.1904)")
     ('time (s)', 'force (N)', 'capacitance (pF)', 'Cp (pF)', 'Time (s)')
+    >>> tidy("Kraft (in N)"), tidy("Force [unit: mN]"), tidy("Weg (in Mikrometer)"), tidy("Weg (in)")
+    ('Kraft (N)', 'Force [mN]', 'Weg (Mikrometer)', 'Weg (in)')
     >>> tidy("Displacement (mm ±0.002)"), tidy("Force (N) ± 0.01"), tidy("Force ±0.5% (N)"), tidy("Weg 6mm Kugel (µm)")
     ('Displacement (mm)', 'Force (N)', 'Force (N)', 'Weg (μm) (6mm Kugel)')
     """
@@ -288,6 +295,7 @@ def tidy(cell: str) -> str:
     cell = without_tolerance(usual_case(cell))
     cell = _with_one_remark(cell)
     cell = _SINCE.sub(lambda m: m["unit"] if is_unit_of(m["unit"], "time") else m[0], _OF_TEX.sub(_plain_symbol, cell))
+    cell = _SAID_IN_BRACKETS.sub(lambda m: f"{m[1]}{m['unit']}{m[3]}" if looks_like_unit(m["unit"]) else m[0], cell)
     cell = _without_beginning(cell)
     of_tool = _OF_TOOL.fullmatch(cell)
     if of_tool is not None:

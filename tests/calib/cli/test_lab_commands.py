@@ -56,6 +56,15 @@ def test_read_tells_noise_resolution_cycles_and_quality_and_draws(tmp_path: Path
     assert _run("read", tmp_path / "press.csv", "--cycles", 4).exit_code == 2
 
 
+def test_names_with_square_brackets_are_shown_whole(tmp_path: Path) -> None:
+    (tmp_path / "press.csv").write_text("Time [s],Weg [mm],Kraft [in N]\n" + _press(0.0))
+    result = _run("read", tmp_path / "press.csv")
+    assert result.exit_code == 0, result.output
+    in_table = [line for line in result.stdout.splitlines() if line.startswith("│")]
+    for name in ("Time [s]", "Weg [mm]", "Kraft [in N]"):
+        assert any(name in line for line in in_table), result.stdout
+
+
 def test_what_the_user_says_of_units_and_columns_replaces_what_the_file_says(tmp_path: Path) -> None:
     (tmp_path / "press.csv").write_text("Time (s),Extension (mm),Load 1,Load 2 (N)\n0,0.1,0.001,5\n1,0.2,0.002,6\n")
     refused = _run("read", tmp_path / "press.csv")
