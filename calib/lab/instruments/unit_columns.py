@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.brackets import usual_case, words_in
+from calib.lab.instruments.brackets import LONGEST, usual_case, words_in
 from calib.lab.instruments.going_on import values_of
 from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.labtable import Reading
@@ -169,6 +169,8 @@ def _column_of(sheet: Sheet, at: int, headings: Mapping[int, Heading], unit: str
     if not name or _UNIT.fullmatch(name) or name.strip("()[]") == unit:
         alone = there if name and _UNIT.fullmatch(name) else []
         return at - 1 if at - 1 in there else alone[0] if len(alone) == 1 else None
+    if len(name) > LONGEST:
+        return None
     parts = words_in(_JOINED.sub(r"\1 \2", name))
     named = [word for word in parts if not _UNIT.fullmatch(word)]
     meant = understand(" ".join(named), unit) if 0 < len(named) < len(parts) else None
