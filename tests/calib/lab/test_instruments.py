@@ -252,6 +252,7 @@ def test_a_hundred_thousand_rows_are_read_in_about_a_second(tmp_path: Path) -> N
     start = time.process_time()
     table = read(tmp_path, BLUEHILL.replace("\r\n", "\n") + rows)
     assert time.process_time() - start < 3  # 0.5 s on an idle machine
+    assert table.lines.size == 100_000
 
 
 def test_a_name_of_thousands_of_words_is_refused_soon(tmp_path: Path) -> None:
@@ -261,7 +262,6 @@ def test_a_name_of_thousands_of_words_is_refused_soon(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no displacement column"):
         read_lab_file(path)
     assert time.process_time() - start < 2  # 0.2 s on an idle machine
-    assert table.lines.size == 100_000
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
