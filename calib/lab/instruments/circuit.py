@@ -18,23 +18,28 @@ from models.sensor import FloatArray
 # Words before which, or after which, a meter's circuit is named.
 _OF_CIRCUIT = (
     r"(?:mode|modo|circuit|[eé]quiv\w*|schaltung|ersatzschalt\w*|function|func|para\w*|measure\w*|model|modell|mod[eè]le|"
-    r"montage|schéma|schemat|circuito|equ|prim(?:ary)?|ser/par|imp)"
+    r"montage|schéma|schemat|circuito|equ|prim(?:ary)?|ser/par|imp|ckt|modus|układ)"
 )
 _AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
+# "C is series", "the capacitance is Cs".
+_C_IS = r"\b(?:c|cap|capacitance|kapazität)\s+(?:is|are|=|ist|in)\s+(?:an? |the |in )?"
 # Behind a series of tests stands its number: "Measurement: series 3".
 _OF_NUMBER = r"(?:#|no\b|nr\b|n°)?\.?\s*\d"
 _SERIES = re.compile(
     rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
     rf"\b(?:ser|series?|serie[ns]?|seriell|série|szeregow\w*|reihe\w*|cs|ls)\b(?!\s*{_OF_NUMBER})|"
     rf"\b(?:series|serial|serien?|reihen)[ -]*{_AFTER}|\b(?:circuit|equivalent|model)\W+serial\W*$|"
-    r"series capacitance|pojemność szeregowa|直列|串联|串聯|\bcs(?:[dq]|rs|esr)\b|^\W*ser\W*$|\bcircuit\W+s\W*$|"
+    r"series capacitance|pojemność szeregowa|直列|串联|串聯|\bcs(?:[dq]|rs|esr)\b|^\W*ser\W*$|"
+    r"\b(?:circuit|ckt)(?: mode)?\W+s\W*$|"
+    rf"{_C_IS}(?:series|serial|seriell|cs)\b|\bcs[ -]mode\b|"
     r"^\W*(?:type|typ|art|tipo)\W+(?:ser|series?|serien?|seriell|série|reihe)\W*$|"
     r"^\W*(?:(?:remarks?|comments?|notes?|bemerkung|hinweis|kommentar|remarque|commentaire)\W+)?(?-i:Cs)\W*$",
     re.IGNORECASE,
 )
 _PARALLEL = re.compile(
     rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|parallelo|równoległ\w*|cp|lp)\b|"
-    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联|並聯|\bcp(?:[dqg]|rp)\b|^\W*par\W*$|\bcircuit\W+p\W*$",
+    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联|並聯|\bcp(?:[dqg]|rp)\b|^\W*par\W*$|"
+    rf"\b(?:circuit|ckt)(?: mode)?\W+p\W*$|{_C_IS}(?:parallel|cp)\b|\bcp[ -]mode\b",
     re.IGNORECASE,
 )
 _NAMES_PARALLEL = re.compile(r"\bcp|\bparallel|\bc par|并联|並列|並聯")

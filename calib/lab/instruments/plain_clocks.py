@@ -49,8 +49,8 @@ _SPLIT = re.compile(r"(?P<whole>\d+|.*\d:\d{2}:\d{2})(?P<mark>[.,])(?P<part>\d{1
 _MINUTES, _MINUTE, _LARGEST_STEP = re.compile(r"(?P<h>)(?P<m>\d{1,4})[.,](?P<s>[0-5]\d)"), 60.0, 20.0
 # What may stand behind the point of a time in a unit of so many seconds.
 _SIXTIETHS = {
-    _MINUTE: ("minutes and seconds", _MINUTES),
-    60 * _MINUTE: ("hours, minutes and seconds", re.compile(r"(?P<h>\d{1,4})[.,](?P<m>[0-5]\d)(?P<s>[0-5]\d)")),
+    _MINUTE: ("minutes and seconds", re.compile(rf"{_MINUTES.pattern}(?P<part>\d{{1,3}})?")),
+    60 * _MINUTE: ("hours, minutes and seconds", re.compile(r"(?P<h>\d{1,4})[.,](?P<m>[0-5]\d)(?P<s>[0-5]\d)(?P<part>)")),
 }
 # What a stopwatch shows from its first full minute on, and by how many usual steps of time that is behind the seconds before.
 _OF_STOPWATCH, _NEXT = re.compile(r"(?P<m>\d{1,2}):(?P<s>[0-5]\d)(?P<part>[.,]\d{1,9})"), 2.5
@@ -320,16 +320,20 @@ def _sixtieths(cells: Sequence[str], form: re.Pattern[str]) -> list[str] | None:
         if match is None and cell.strip():
             return None
         hours, minutes = divmod(60 * int(match["h"] or 0) + int(match["m"]), 60) if match is not None else (0, 0)
-        found.append(f"{hours:02d}:{minutes:02d}:{match['s']}" if match is not None else "")
+        part = f".{match['part']}" if match is not None and match["part"] else ""
+        found.append(f"{hours:02d}:{minutes:02d}:{match['s']}{part}" if match is not None else "")
     seconds = read_clock(found).seconds if any(found) else np.empty(0)
     seconds = seconds[np.isfinite(seconds)]
+    if np.any(np.diff(seconds) < 0):
+        return None
+    seconds = np.unique(seconds)  # several rows within one second
     steps = np.diff(seconds)
     full = np.diff(seconds // _MINUTE) > 0
     if seconds.size < _FEWEST or not np.any(full) or not np.any(~full):
         return None
     usual = float(np.median(steps[~full]))
     off = np.abs(steps - usual)
-    return found if 0 < usual <= _LARGEST_STEP and np.all(steps >= 0) and np.all(off[full] <= 1 + _EVEN * usual) else None
+    return found if usual <= _LARGEST_STEP and np.all(off[full] <= 1 + _EVEN * usual) else None
 
 
 def _with_colons(sheet: Sheet, index: int, cells: Sequence[str], form: str) -> tuple[list[str], str]:

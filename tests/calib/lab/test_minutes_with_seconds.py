@@ -35,6 +35,18 @@ def test_minutes_and_seconds_are_read_with_a_note(tmp_path: Path, step: int) -> 
     assert np.allclose(decimal.columns["time"], 60.0 * np.array(time, float))
 
 
+@pytest.mark.parametrize("rate", [2, 5, 10])
+def test_minutes_and_seconds_of_several_rows_a_second_are_read_with_a_note(tmp_path: Path, rate: int) -> None:
+    seconds = 50.0 + np.arange(N) / rate
+    whole = [f"{int(s) // 60}.{int(s) % 60:02d}" for s in seconds]
+    table = read(tmp_path, whole)
+    assert np.array_equal(table.columns["time"] - table.columns["time"][0], seconds // 1 - 50.0)
+    assert any("is read as minutes and seconds" in note for note in table.notes)
+    if rate == 10:
+        table = read(tmp_path, [f"{w}{k % 10}" for k, w in enumerate(whole)])
+        assert np.allclose(table.columns["time"] - table.columns["time"][0], seconds - 50.0)
+
+
 @pytest.mark.parametrize("begin", [0, 35_990, 36_000])
 @pytest.mark.parametrize("step", [1, 2, 5, 20])
 def test_hours_with_minutes_and_seconds_are_read_with_a_note(tmp_path: Path, step: int, begin: int) -> None:

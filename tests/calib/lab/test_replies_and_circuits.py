@@ -9,6 +9,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.circuit import said_circuit
 
 N = 60
 C = 97 + 0.02 * np.minimum(np.arange(N), N - np.arange(N))
@@ -82,3 +83,33 @@ def test_seconds_and_their_parts_in_the_header_of_a_message_are_one_clock(tmp_pa
         rows.append(f"{1_772_359_200 + k // 10},{k % 10 * 100_000_000},{depth:.4f},{max(depth - 0.5, 0) ** 2:.4f}")
     table = read(tmp_path / "press.csv", [f"{names},depth (mm),force (N)", *rows])
     np.testing.assert_allclose(table.columns["time"] - table.columns["time"][0], t, atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "CKT: SER",
+        "Układ zastępczy: szeregowy",
+        "C is series",
+        "capacitance is Cs",
+        "Cs mode",
+        "Modus: seriell",
+        "CIRCUIT MODE: S",
+    ],
+)
+def test_more_words_of_a_circuit_in_series(line: str) -> None:
+    said = said_circuit([line])
+    assert said is not None
+    assert said.word == "series"
+
+
+@pytest.mark.parametrize("line", ["CKT: PAR", "C is Cp", "Cp mode", "Modus: parallel", "Układ: równoległy", "CIRCUIT MODE: P"])
+def test_more_words_of_a_circuit_in_parallel(line: str) -> None:
+    said = said_circuit([line])
+    assert said is not None
+    assert said.word == "parallel"
+
+
+@pytest.mark.parametrize("line", ["Modus: Serie 4", "Test series B", "Operator: S", "Modus: Einzelmessung"])
+def test_words_of_no_circuit(line: str) -> None:
+    assert said_circuit([line]) is None
