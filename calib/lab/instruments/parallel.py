@@ -58,7 +58,7 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
         told = next((u.what for u in unread if u.reason.startswith(_TELLS_LOSS)), "")
         as_cp = (
             "If D is known to be below 0.01, Cs and Cp differ by less than 0.01 %: then take it as Cp, "
-            f'--columns "capacitance={source}"'
+            f"{Choice('columns', (_as_written(source),), 'capacitance')}"
         )
         of_told = (
             f"It follows from {told}: D = 2 pi f Rs Cs, or 1/tan of the angle's size; write it into a column D of the file"

@@ -113,3 +113,11 @@ def test_more_words_of_a_circuit_in_parallel(line: str) -> None:
 @pytest.mark.parametrize("line", ["Modus: Serie 4", "Test series B", "Operator: S", "Modus: Einzelmessung"])
 def test_words_of_no_circuit(line: str) -> None:
     assert said_circuit([line]) is None
+
+
+def test_the_advice_on_a_series_capacitance_whose_unit_was_said_leads_out(tmp_path: Path) -> None:
+    lines = ["Time (s),Cs", *(f"{0.1 * k:.1f},{c:.4f}" for k, c in enumerate(C))]
+    with pytest.raises(InputError, match=r"take it as Cp, --columns capacitance=Cs$"):
+        read(tmp_path / "lcr.csv", lines, capacitance="pF")
+    table = read_lab_file(tmp_path / "lcr.csv", Reading(units={"capacitance": "pF"}, columns={"capacitance": "Cs"}))
+    np.testing.assert_allclose(table.columns["capacitance"], C * 1e-12)
