@@ -197,9 +197,16 @@ def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...
     pair = _TWO_SYMBOLS.search(line) if swapped else None
     by_symbol = {_SYMBOLS[symbol] for symbol in pair.groups()} if pair is not None else set()
     named += [q for q in _QUANTITIES if q in by_symbol and q in own and q not in named and len(by_symbol) > 1]
+    as_written = [q for q in _QUANTITIES if q in own and _stands_in(line, read[own[q]][0])] if swapped else []
+    named += [q for q in as_written if q not in named and len(as_written) > 1]
     if swapped and len(named) > 1:
         return tuple(named)
     of_unit = tuple(q for q in named if unit_against(line, q, math.nan))
     if not _COLUMN.search(line):
         return of_unit
     return tuple(named) if named else () if numbers else tuple(q for q in _QUANTITIES if q in own)
+
+
+def _stands_in(line: str, name: str) -> bool:
+    """Whether a line holds a name as it is written above its column."""
+    return re.search(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", line) is not None

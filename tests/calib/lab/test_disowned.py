@@ -186,3 +186,17 @@ def test_a_row_of_factors_with_their_sign_over_the_names_is_asked_about(tmp_path
     assert f"--units {quantity}=" in str(caught.value)
     table = read_lab_file(path, Reading(units={quantity: {"force": "N", "displacement": "mm"}[quantity]}))
     np.testing.assert_allclose(table.columns["force"], np.round(PRESS["force"], 4))
+
+
+def test_columns_that_are_said_to_be_swapped_by_their_names_as_written_are_asked_about(tmp_path: Path) -> None:
+    names = {"time": "t_s", "displacement": "x_mm", "force": "F_N"}
+    rows = [
+        ",".join(f"{value:.{DIGITS[q]}f}" for q, value in zip(PRESS, row, strict=True))
+        for row in zip(*PRESS.values(), strict=True)
+    ]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join(["x_mm and F_N swapped", ",".join(names[q] for q in PRESS), *rows]) + "\n")
+    with pytest.raises(InputError, match=r'"F_N" and "x_mm" are not what the header says'):
+        read_lab_file(path)
+    asked = Reading(columns={"force": "F_N", "displacement": "x_mm"})
+    np.testing.assert_allclose(read_lab_file(path, asked).columns["force"], PRESS["force"], atol=1e-3)
