@@ -78,6 +78,15 @@ _NEGATED = re.compile(
 _SENSE = re.compile(
     r"compress|druck|tension|tensile|zug|traction|trazione|tracción|compres|positi[vf]|negati[vf]", re.IGNORECASE
 )
+# Behind a quantity: that its readings were commanded, computed, or held. As many words may stand before.
+_NO_READING = re.compile(
+    r"(?<![^\W_])(?:(?:is|are|was|were|ist|sind|war|waren|est|sont|es|son|è|sono)\s+(?:the |an? |der |die |das |le |la |el )?"
+    r"(?:peak[- ]?(?:hold|values?)|set ?points?|targets?|commanded|calculated|computed|simulated|estimated|sollwerte?|"
+    r"berechnet|simuliert|calculée?s?|simulée?s?|consignes?|calculad[oa]s?|simulad[oa]s?|calcolat[oaie])|"
+    r"not measured|nicht gemessen|non mesurée?s?|no medid[oa]s?|from (?:the )?set ?points?)(?![^\W_])",
+    re.IGNORECASE,
+)
+_FEW_WORDS = 3
 _EVENT = _words(
     r"at|when|while|during|after|before|until|from|every|each|if|bei|während|nach|vor|bis|ab|wenn|pendant|après|avant|quand|"
     r"durante|después|antes|cuando|dopo|prima|quando"
@@ -186,6 +195,10 @@ def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...
         return tuple(q for q in ("force", "displacement") if q in read and names_quantity(line, q))
     if _PER_ONE.search(line) and "force" in read and names_quantity(line, "force"):
         return ("force",)
+    if (none := _NO_READING.search(line)) is not None and len((before := line[: none.start()]).split()) <= _FEW_WORDS:
+        held = tuple(q for q in _QUANTITIES if q in read and names_quantity(before, q))
+        if held and not _SETTLED.search(line):
+            return held
     swapped, wrong = _SWAPPED.search(line), _WRONG.search(line)
     if not (swapped or wrong) or _SETTLED.search(line):
         return ()

@@ -286,7 +286,9 @@ def _told_in(line: str, number: int, decimal: str) -> _Told | None:
     if len(line) > _LONGEST or not any(map(str.isdigit, line)):
         return None
     text = line.strip().lstrip("#%* \"'\ufeff").strip()
-    match = next((m for pattern in _TOLD if (m := pattern.match(text)) is not None), None)
+    # "note: Sampling rate: 100 Hz": a key may stand before.
+    ways = (text, text.partition(":")[2].strip())
+    match = next((m for way in ways for pattern in _TOLD if (m := pattern.match(way)) is not None), None)
     if match is None:
         return None
     name, written = match["name"].strip(" \"'"), match["number"]

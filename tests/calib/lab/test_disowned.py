@@ -30,12 +30,22 @@ BAD = {
     "signe de la force inversé": ("force",),
     "fuerza multiplicada por -1": ("force",),
     "Force is per cell": ("force",),
+    "Force values are peak hold": ("force",),
+    "Load is the peak value of each interval": ("force",),
+    "Force is the setpoint": ("force",),
+    "Displacement from setpoint": ("displacement",),
+    "Force not measured, calculated from model": ("force",),
+    "Kraft ist berechnet": ("force",),
     "Kraft pro Sensor": ("force",),
 }
 OF_NUMBERS = ("ATTENTION: col 2 = force, col 3 = displacement", "Spalte 2 = Kraft")
 GOOD = (
     "sample 3, wrong label",
     "no force control",
+    "stiffness is calculated from force and displacement",
+    "peak force is 5 N",
+    "force was measured, temperature not measured",
+    "work of the force over the displacement is calculated",
     "wrong gripper mounted first, replaced",
     "force control instead of displacement control",
     "should be repeated with larger force",
