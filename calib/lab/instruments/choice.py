@@ -341,13 +341,10 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     notes: list[str] = []
     faults: list[Fault] = []
     above = said_circuit(sheet.prelude_of(OF_METER), sheet.in_every_row)
-    in_turn = circuits_in_turn(sheet)
-    for index, heading in sheet.headings.items():
-        if heading.quantity != "capacitance" or index in sheet.assigned:
-            continue
-        if in_turn is not None:
-            faults.append(_in_circuits(sheet, index, *in_turn))
-            continue
+    untold = {i: h for i, h in sheet.headings.items() if h.quantity == "capacitance" and i not in sheet.assigned}
+    if untold and (in_turn := circuits_in_turn(sheet)) is not None:
+        return headings, {}, notes, [_in_circuits(sheet, index, *in_turn) for index in untold]
+    for index, heading in untold.items():
         said = circuit_beside_unit(sheet, index) or above
         if said is None:
             continue
@@ -378,10 +375,8 @@ def _in_circuits(sheet: Sheet, index: int, key: int, cells: Sequence[str]) -> Fa
     """The fault of a capacitance of which another column says that it is in series in some rows, and parallel in others."""
     lines = [int(sheet.lines[list(sheet.columns[key]).index(cell)]) for cell in cells]
     said = " and ".join(f'"{cell.strip()}" from line {line} on' for cell, line in zip(cells, lines, strict=True))
-    rows, all_of = (
-        Choice("where", tuple(cells), asked_name(sheet, key)),
-        Choice("columns", (sheet.name_for_asking(index),), "capacitance"),
-    )
+    rows = Choice("where", tuple(cells), asked_name(sheet, key))
+    all_of = Choice("columns", (sheet.name_for_asking(index),), "capacitance")
     return Fault(
         f'column "{sheet.names[index]}" is a capacitance of two circuits: "{_shown(sheet, key)}" says {said}',
         sheet.text.path,

@@ -363,7 +363,9 @@ def _large(course: _Course, floor: float) -> IntArray:
 def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share: float = _SEEN_STEPS) -> BoolArray:
     """Whether a channel beside jumps where a course does, by its own readings or by its change from reading to reading."""
     seen = np.zeros(at.size, dtype=bool)
-    for other in others.values() if at.size else ():
+    if not at.size:
+        return seen
+    for other in others.values():
         floor = max(_SEEN_NOISES * other.noise, _SEEN_DIGITS * other.digit)
         own = _steps_apart(other.steps, other.span, share, share, floor)
         begins, ends = other.end[own], other.first[own + 1]

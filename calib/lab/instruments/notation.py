@@ -320,7 +320,7 @@ def _says_otherwise(text: str, asked: str, others: _Others) -> bool:
     """Whether the numbers of an open column were to be thousands by the mark that all other columns show as the decimal one."""
     mark = _OTHER[asked]
     open_to_it = others.seen == {mark} and mark in text and asked not in text and not _PLAIN_WHOLE.search(text)
-    return open_to_it and not others.sets_apart(mark) and _SHOWN[mark].unsure.search(text) is not None
+    return open_to_it and not others.sets_apart(mark) and _SHOWN[mark].may_set_thousands_apart(text) is not None
 
 
 def _contradicted(
@@ -348,8 +348,7 @@ def _decimal(
     """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it."""
     if shown:
         return shown, "", "", ()
-    unsure = {mark: _SHOWN[mark].unsure.search(text) for mark in ".," if mark in text}
-    unsure = {mark: match for mark, match in unsure.items() if match}
+    unsure = {mark: match for mark in ".," if (match := _SHOWN[mark].may_set_thousands_apart(text)) is not None}
     if not unsure:
         return "", "", "", ()
     if len(unsure) == 2:
@@ -395,7 +394,7 @@ def _decimal(
 
 def _course(text: str, cells: Sequence[str], seen: set[str]) -> str:
     """What whole numbers beside those with a mark show of it: "decimal", "thousands", or "" if they show nothing."""
-    marks = [mark for mark in ".," if mark in text and _SHOWN[mark].unsure.search(text)]
+    marks = [mark for mark in ".," if _SHOWN[mark].may_set_thousands_apart(text)]
     if len(marks) != 1 or not _PLAIN_WHOLE.search(text) or (seen == {marks[0]} and not _WHOLE.search(text)):
         return ""
     course = _going_on(cells, marks[0])
@@ -457,7 +456,7 @@ def _damaged(text: str, cells: Sequence[str], decimal: str) -> tuple[str, tuple[
     large = _ONE_AND_MORE[decimal].search(text)
     if large is None or len(large[1]) != 3:
         return "", ()
-    apart = _SHOWN[decimal].unsure.search(text)
+    apart = _SHOWN[decimal].may_set_thousands_apart(text)
     if apart is None:
         return "", ()
     if {len(m) for m in _ONE_AND_MORE[decimal].findall(text)} != {3}:
