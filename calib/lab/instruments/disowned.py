@@ -120,15 +120,17 @@ def disowned_in(
     path : of the file.
     """
     faults = []
+    own = {stands_for(q): q for q in read}
+    settled = {*map(stands_for, (*reading.columns, *reading.units))}
     looked_at = [*islice(lines, _MOST_LINES)]
     numbered = _numbered_otherwise([line for _, line in looked_at], read)
     for number, line in looked_at:
         of = numbered.get(line) or _spoken_of(line, read) if len(line) <= _LONGEST else ()
-        if not of or set(of) <= {*reading.columns, *reading.units} or (_turned(line) and set(of) <= {*reading.sign}):
+        if not of or set(of) <= settled or (_turned(line) and set(of) <= {*reading.sign}):
             continue
-        names = " and ".join(f'"{read[q][0]}"' for q in of)
-        right = " ".join(str(Choice("columns", (read[q][0],), q)) for q in of)
-        others = " ".join(f"--columns {q}=... --units {q}=..." for q in of)
+        names = " and ".join(f'"{read[own[q]][0]}"' for q in of)
+        right = " ".join(str(Choice("columns", (read[own[q]][0],), own[q])) for q in of)
+        others = " ".join(f"--columns {own[q]}=... --units {q}=..." for q in of)
         message = f'"{line.strip()[:80]}" may say that {names} {"is" if len(of) == 1 else "are"} not what the header says'
         advice = (
             f"If the header is right all the same, say so: {right}; else say which column each is, by its number, and in which "
@@ -195,14 +197,14 @@ def _spoken_of(line: str, read: Mapping[str, tuple[str, int]]) -> tuple[str, ...
         return tuple(q for q in ("force", "displacement") if q in read and names_quantity(line, q))
     if _PER_ONE.search(line) and "force" in read and names_quantity(line, "force"):
         return ("force",)
+    own = {stands_for(q): q for q in read}
     if (none := _NO_READING.search(line)) is not None and len((before := line[: none.start()]).split()) <= _FEW_WORDS:
-        held = tuple(q for q in _QUANTITIES if q in read and names_quantity(before, q))
+        held = tuple(q for q in _QUANTITIES if q in own and names_quantity(before, q))
         if held and not _SETTLED.search(line):
             return held
     swapped, wrong = _SWAPPED.search(line), _WRONG.search(line)
     if not (swapped or wrong) or _SETTLED.search(line):
         return ()
-    own = {stands_for(q): q for q in read}
     named = [q for q in _QUANTITIES if q in own and names_quantity(line, q)]
     numbered = any(index >= 0 for _, index in read.values())  # as they are not on another sheet
     numbers = {int(n) - 1 for match in _NUMBERED.finditer(line) for n in match.groups() if n and numbered}

@@ -210,3 +210,21 @@ def test_columns_that_are_said_to_be_swapped_by_their_names_as_written_are_asked
         read_lab_file(path)
     asked = Reading(columns={"force": "F_N", "displacement": "x_mm"})
     np.testing.assert_allclose(read_lab_file(path, asked).columns["force"], PRESS["force"], atol=1e-3)
+
+
+@pytest.mark.parametrize("line", ["Force and capacitance swapped", "F and C swapped", "capacitance is calculated"])
+def test_what_is_said_of_a_series_capacitance_is_asked_about(tmp_path: Path, line: str) -> None:
+    press = turning_press(halves=60).columns
+    heads = [HEADS[q].replace("Cp", "Cs") for q in press]
+    rows = [
+        ",".join([*(f"{v:.{DIGITS[q]}f}" for q, v in zip(press, row, strict=True)), "0.01"])
+        for row in zip(*press.values(), strict=True)
+    ]
+    path = tmp_path / "press.csv"
+    path.write_text("\n".join([line, ",".join([*heads, "D"]), *rows]) + "\n")
+    with pytest.raises(InputError, match="not what the header says") as refused:
+        read_lab_file(path)
+    series = next(head for head in heads if "Cs" in head)
+    assert f'--columns "capacitance_series={series}"' in str(refused.value)
+    asked = {"capacitance_series": series, **({"force": HEADS["force"]} if "swapped" in line else {})}
+    assert read_lab_file(path, Reading(columns=asked)).lines.size == len(rows)
