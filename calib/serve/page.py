@@ -336,7 +336,18 @@ def part(template: str, **values: Any) -> Response:
     template : its name.
     **values : what it shows.
     """
-    return HTMLResponse(_templates().get_template(template).render(**values))
+    return HTMLResponse(rendered(template, **values))
+
+
+def rendered(template: str, **values: Any) -> str:
+    """Lay out a part of a page, to be answered with beside numbers and texts.
+
+    Parameters
+    ----------
+    template : its name.
+    **values : what it shows.
+    """
+    return _templates().get_template(template).render(**values)
 
 
 def answered(content: Mapping[str, Any]) -> Response:

@@ -17,7 +17,18 @@ from calib.priors import FORMS
 from calib.serve.commands import typed
 from calib.serve.forms import Form, as_json, changed_by, decided_by, form_of_experiment
 from calib.serve.looking import experiment_tables
-from calib.serve.page import answered, asked_by_script, elsewhere, form_of, in_words, part, shown, space_of, working, writing
+from calib.serve.page import (
+    answered,
+    asked_by_script,
+    elsewhere,
+    form_of,
+    in_words,
+    rendered,
+    shown,
+    space_of,
+    working,
+    writing,
+)
 from calib.serve.toml_text import value_at, with_entry
 from calib.serve.workspace import Workspace
 
@@ -40,20 +51,8 @@ async def experiment(request: Request) -> Response:
     )
 
 
-async def fields(request: Request) -> Response:
-    """The form alone, after the text was changed."""
-    space = space_of(request)
-    form = await working(form_of_experiment, space)
-    return part(
-        "fields.html.j2",
-        form=form,
-        faults=in_words(form.faults, space),
-        forms={kind: list(names) for kind, names in FORMS.items()},
-    )
-
-
 async def state(request: Request) -> Response:
-    """What the file holds now, and what is wrong with it."""
+    """What the file holds now, what is wrong with it, and the form of it."""
     return answered(await working(_state, space_of(request)))
 
 
@@ -147,11 +146,12 @@ async def _answer(request: Request, space: Workspace, change: Callable[[], None]
 def _state(space: Workspace) -> dict[str, Any]:
     text = space.text
     form = form_of_experiment(space)
+    faults = in_words(form.faults, space)
     return {
         "text": text,
         "seen": _mark(text),
         "marked": len(form.marked),
-        "faults": in_words(form.faults, space),
+        "faults": faults,
         "fields": {
             field.name: {
                 "value": json.loads(as_json(field.value), parse_constant=str),
@@ -166,6 +166,7 @@ def _state(space: Workspace) -> dict[str, Any]:
             }
             for field in form.fields
         },
+        "drawn": rendered("fields.html.j2", form=form, faults=faults),
     }
 
 
@@ -186,7 +187,6 @@ def _mark(text: str) -> str:
 
 ROUTES = (
     Route("/experiment", experiment),
-    Route("/experiment/fields", fields),
     Route("/experiment/state", state),
     Route("/experiment/put", put, methods=["POST"]),
     Route("/experiment/decide", decide, methods=["POST"]),

@@ -289,14 +289,11 @@ if (text) {
     checkSoon();
   }
 
-  async function draw() {
-    const got = await ask("/experiment/fields", { headers: { "X-Part": "1" } });
-    if (!got.ok) return;
-    const drawn = await got.text();
-    const held = document.activeElement, typing = fields.contains(held) && held.value !== held.defaultValue && held.matches("input");
+  function draw(now) {
+    const held = document.activeElement, typing = fields.contains(held) && typed.has(held);
     // A field that is taken out of the page while somebody is in it loses the focus, which is not that they have left it.
     drawing = true;
-    fields.innerHTML = drawn;
+    fields.innerHTML = now.drawn;
     drawing = false;
     const again = held?.id ? document.getElementById(held.id) : null;
     if (!again) return;
@@ -324,7 +321,7 @@ if (text) {
           for (const input of form?.elements ?? []) typed.delete(input);
           if (ok && address.endsWith("write")) dirty = text.value.replaceAll("\r\n", "\n") !== now.text;
           show(now);
-          if (redraw || status === 409) await draw();
+          if (redraw || status === 409) draw(now);
         }
         return ok;
       } catch (error) { said.textContent = error.message; lost(); return false; }
@@ -392,7 +389,7 @@ if (text) {
     if (document.hidden || dirty) return;
     try {
       const { ok, said: now } = await answer("/experiment/state");
-      if (ok && !dirty && now.seen !== seen.value) { show(now); await draw(); state.textContent = "changed elsewhere: this is what the file holds now"; }
+      if (ok && !dirty && now.seen !== seen.value) { show(now); draw(now); state.textContent = "changed elsewhere: this is what the file holds now"; }
     } catch { /* said where something is done */ }
   }
   const lookNext = () => { queue = queue.then(look); };

@@ -527,6 +527,28 @@ def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Serve
     other.close()
 
 
+def test_what_is_typed_while_the_text_is_written_stays_and_goes_in(page: Page, served: Served) -> None:
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.goto(served.page("/experiment"))
+    ball, text, held = page.get_by_label("Ball radius"), page.locator("#text"), list[Route]()
+    was = ball.input_value()
+    page.route("**/experiment/write", lambda route: held.append(route))
+    text.fill(text.input_value().replace(f'radius = "{was}"', 'radius = "5 mn"', 1))
+    while not held:
+        page.wait_for_timeout(50)
+    # The same as is still shown there, though by now the text says otherwise.
+    ball.press("Control+A")
+    ball.press_sequentially(was)
+    held[0].continue_()
+    page.unroute("**/experiment/write")
+    page.locator(".field.wrong .check", has_text='unknown unit "mn"').wait_for()
+    assert ball.input_value() == was
+    page.keyboard.press("Tab")
+    page.wait_for_function("was => document.querySelector('#text').value.includes(`radius = \"${was}\"`)", arg=was)
+    assert page.locator(".field.wrong").count() == 0
+    assert f'radius = "{was}"' in (served.folder / "experiment.toml").read_text()
+
+
 def test_the_light_is_of_the_text_that_was_checked_and_of_no_other(page: Page, served: Served) -> None:
     page.set_viewport_size({"width": 1280, "height": 900})
     page.goto(served.page("/experiment"))

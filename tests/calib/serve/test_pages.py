@@ -218,7 +218,7 @@ def test_form_and_text_are_the_same_file(page: TestClient, space: Workspace) -> 
     assert "8 mm in diameter" in shown
     changed = space.text.replace('"4 mm"', '"3 mm"')
     page.post("/experiment/write", data={"text": changed, "seen": _seen(page)}, headers=SCRIPT)
-    assert "6 mm in diameter" in page.get("/experiment/fields").text
+    assert "6 mm in diameter" in page.get("/experiment/state", headers=SCRIPT).json()["drawn"]
     put(page, ["indenter", "friction_coefficient"], value="stick")
     assert tomllib.loads(space.text)["indenter"]["friction_coefficient"] == "stick"
     put(page, ["indenter", "friction_coefficient"], value="")
@@ -398,6 +398,9 @@ def test_the_check_says_what_the_command_says(page: TestClient, space: Workspace
 
 
 def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: TestClient, space: Workspace) -> None:
+    # With these unknown, too, sampling goes on for longer than a slow page takes to cancel it.
+    known = "discrepancy|force_noise|capacitance_noise|parasitic_capacitance|machine_compliance"
+    space.write_experiment(re.sub(rf"^({known}) = .*\n", "", space.text, flags=re.MULTILINE))
     asked = {"name": "run1", "budget": "3", "seed": "7"}
     command = page.get("/calibrate/command", params=asked).json()["command"]
     assert command == "calib calibrate experiment.toml -o run1 --budget 3 --seed 7"

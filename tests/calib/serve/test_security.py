@@ -36,7 +36,6 @@ PAGES = (
     "/file?name=lab/press.csv",
     "/file/picture.png?name=lab/press.csv",
     "/experiment",
-    "/experiment/fields",
     "/experiment/state",
     "/check",
     "/check/found",
