@@ -244,19 +244,23 @@ PHASES = _set(
 #: Words of what was commanded or allowed, not measured.
 COMMANDED = _set(
     "setpoint set setpt sp command commanded cmd target demand demanded desired limit limits threshold reference nominal "
+    "nominale nominell nominelle nominaal nominales limite límite limites limiet "
     "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
     "zadana zadany zadane zadaná consigna impostata gewenst riferimento referencia referência référence referentie comando "
     "comandada comandado commande alvo visée 设定 设定值 目标 目標 指令 給定 给定 設定 설정 목표 지령"
 )
 #: How words begin, and how they end, that are joined from one of these and others, or are a form of one: `Sollposition`.
 COMMANDED_BEGINNINGS = _stems(
+    "nenn grenz "
     "soll ziel vorgabe führungsgr fuehrungsgr stellgr setpoint target commanded demand consign cible zadan docelow zadávan "
     "žádan požadovan nastaven impostat desejad desead objetiv obiettiv richiest prescrit gewenst streef doelw börvärd målvärd "
     "ønsket asetus tavoite hedef célért előírt prescris уставк задани заданн целев требуем"
 )
-COMMANDED_ENDINGS = _stems("vorgabe sollwert sollwerte soll zielwert ziel setpoint setpt target consigne börvärde")
+COMMANDED_ENDINGS = _stems(
+    "vorgabe sollwert sollwerte soll zielwert ziel setpoint setpt target consigne börvärde grenzwert grenze nennwert"
+)
 #: Words of those that say how far readings may go, which a flag of the rows that did may bear, too.
-BOUNDS = _set("limit limits threshold")
+BOUNDS = _set("limit limits threshold limite límite limites limiet grenze grenzwert")
 #: Words of the largest of several readings, which a peak of a record may bear, too.
 _PEAKS = _set(
     "fmax fmin cmax cmin pk pico picco pic crête crete piek spitzenkraft spitzenlast spitzenweg höchstkraft höchstlast "

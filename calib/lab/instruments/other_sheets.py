@@ -21,6 +21,8 @@ from calib.lab.instruments.told import tells_of_readings
 
 # A sheet of settings is short; each of its lines is a remark, or a name and its value.
 _MOST_LINES, _LONGEST, _CELLS = 400, 200, 2
+# A table of settings has a row for each of a few channels, or a column.
+_MOST_CHANNELS = 20
 _QUANTITIES = ("force", "displacement", "capacitance", "time")
 _LINE = re.compile(r"\bline -(\d+)\b")
 
@@ -32,13 +34,36 @@ def said_in_sheets(parts: Sequence[Part]) -> tuple[tuple[str, str], ...]:
     ----------
     parts : that are no records.
     """
-    return tuple((part.title, words) for part in parts if not part.hidden for words in _lines(part) if _may_change(words))
+    found = []
+    for part in parts:
+        if not part.hidden:
+            rows = _rows(part)
+            found += [(part.title, words) for words in _lines(rows) if _may_change(words)]
+            found += [(part.title, words) for words in _crossed(rows) if stated_factors([words])]
+    return tuple(found)
 
 
-def _lines(part: Part) -> Iterator[str]:
-    """The lines of a sheet that are a remark, or a name and its value, and none of a table."""
+def _rows(part: Part) -> list[list[str]]:
+    """The rows of a sheet in which something stands."""
     rows = [[" ".join(cell.split()).strip('"') for cell in line.split("\t")] for line in part.text.lines] if part.text else []
-    rows = [[cell for cell in row if cell] for row in rows if any(row)][: _MOST_LINES + 1]
+    return [row for row in rows if any(row)][: _MOST_LINES + 1]
+
+
+def _crossed(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """The numbers of a table of settings, each with what its column and its row are called: "Factor Force: 10"."""
+    if not 1 < len(rows) <= _MOST_CHANNELS + 1:
+        return
+    above = rows[0]
+    for row in rows[1:]:
+        called = row[0] if row[0] and not is_numeric(row[0]) else above[0]
+        for name, cell in zip(above[1:], row[1:], strict=False):
+            if name and is_numeric(cell) and not is_numeric(name):
+                yield f"{name} {called}: {cell}"[:_LONGEST]
+
+
+def _lines(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """The lines of a sheet that are a remark, or a name and its value, and none of a table."""
+    rows = [[cell for cell in row if cell] for row in rows]
     for row, below in zip(rows, [*rows, []][1:], strict=True):
         if len(row) <= _CELLS and not (len(row) == len(below) > 1 and all(map(is_numeric, below))):
             yield ": ".join(cell.rstrip(" :=") for cell in row)[:_LONGEST]

@@ -101,6 +101,7 @@ def test_a_few_results_beside_a_table_cost_it_no_units(tmp_path: Path) -> None:
     ("name", "unit"),
     [
         *((name, "N") for name in ("Kraftvorgabe", "Kraftsollwert", "Zielkraft", "ForceSetpoint", "заданная нагрузка")),
+        *((name, "N") for name in ("Forza nominale", "Kraft Grenzwert", "Nennkraft", "Kraftgrenzwert", "Fuerza límite")),
         *(
             (name, "N")
             for name in ("Shear force", "Lateral force", "Reibkraft", "Friction", "Querkraft", "Haltekraft", "Side load")

@@ -175,3 +175,25 @@ def test_what_a_sheet_tells_of_the_readings_is_held_against_them(
 def test_a_sheet_that_says_what_was_taken_off_the_capacitance_is_told(tmp_path: Path) -> None:
     table = read_lab_file(_write(tmp_path, [["Open correction", "offset 2.5 pF subtracted"]]))
     assert any('sheet "Setup"' in note and "as it is written" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("table", "factor"),
+    [
+        ([["Channel", "Factor"], ["Force", 10]], True),
+        ([["Channel", "Unit", "Factor"], ["Force", "N", 10], ["Displacement", "mm", 1]], True),
+        ([["Factor", "Force", "Displacement"], [None, 10, 1]], True),
+        ([["Channel", "Force", "Displacement"], ["Gain", 10, 1]], True),
+        ([["Channel", "Factor"], ["Force", 1], ["Displacement", 1]], False),
+        ([["Specimen", "Max force (N)", "Depth (mm)"], ["S1", 5.2, 0.8]], False),
+    ],
+)
+def test_a_factor_in_a_table_of_settings_is_asked_about(tmp_path: Path, table: list[list[Any]], factor: bool) -> None:
+    path = _write(tmp_path, table)
+    if factor:
+        with pytest.raises(InputError, match=r'sheet "Setup": ".*: 10" states a factor.*--units force='):
+            read_lab_file(path)
+    else:
+        np.testing.assert_allclose(read_lab_file(path).columns["force"], TRUE["force"], atol=1e-9)
+    asked = read_lab_file(path, Reading(units={"force": "N"}))
+    np.testing.assert_allclose(asked.columns["force"], TRUE["force"], atol=1e-9)
