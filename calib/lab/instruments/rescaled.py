@@ -333,7 +333,7 @@ def _last_digit(cell: str, mark: str) -> float:
     mantissa, _, exponent = cell.strip().lower().partition("e")
     behind = len(re.sub(r"\D", "", mantissa.partition(mark)[2])) if mark else 0
     power = int(exponent.replace("\u2212", "-")) if re.fullmatch(r"[-+\u2212]?\d{1,3}", exponent) else 0
-    return float(10.0 ** (power - behind))
+    return float(10.0 ** min(power - behind, 300))  # 0.E874 is a number
 
 
 # --- beside the others -------------------------------------------------------------------------------------------------------

@@ -351,7 +351,7 @@ def last_digit(cells: Sequence[str], rows: IntArray) -> float:
         except InvalidOperation:
             continue
         powers += [power] if isinstance(power, int) else []
-    return 10.0 ** float(np.median(powers)) if powers else np.inf
+    return 10.0 ** float(np.clip(np.median(powers), -300, 300)) if powers else np.inf  # 0.E874 is a number
 
 
 def _runs(

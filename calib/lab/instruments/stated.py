@@ -331,6 +331,8 @@ _ANEW = re.compile(rf"(?<![^\W_])(?:{_ZERO_WORDS})(?![^\W_])|{_JOINED}", re.IGNO
 # The clock's zero is none of a reading's, and what was not done changes nothing.
 _OF_CLOCKS = re.compile(r"\b(?:time[rs]?|clock|stopwatch|uhr|zeit|counter|cycle count|chrono\w*|temporizador)\b", re.IGNORECASE)
 
+_BLANKS = re.compile(r"(\s)\1+")
+
 
 def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[str, int]]:
     """Find the factors that lines beside a table state: quantity, "" for none in particular -> the words and their line.
@@ -346,13 +348,15 @@ def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[s
     ['force']
     """
     found: dict[str, tuple[str, int]] = {}
-    for number, line in enumerate(lines, first):
-        if len(line) > _LONGEST:
+    for number, written in enumerate(lines, first):
+        if len(written) > _LONGEST:
             continue
+        # Between names far apart a pattern has as many places to try as there are blanks, each with all that follow.
+        line = _BLANKS.sub(r"\1", written)
         told = any(c.isdigit() for c in line) or _NORMALISED.match(line) or _IN_WORDS.search(line) or _IN_COUNTS.search(line)
         if told:
             for quantity in _factors_of(line.strip(" \t,;#%\"'")):
-                found.setdefault(quantity, (line.strip()[:60], number))
+                found.setdefault(quantity, (written.strip()[:60], number))
     return MappingProxyType(found)
 
 

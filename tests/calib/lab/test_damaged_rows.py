@@ -431,3 +431,34 @@ def test_cycles_that_are_alike_beside_a_clock_are_kept(tmp_path: Path) -> None:
     lines = [line.split(",", 1)[1] for line in rows()]
     table = read(tmp_path, [f"{0.1 * i:.1f},{line}" for i, line in enumerate([*lines, *lines, *lines])])
     assert not any(table.reasons)
+
+
+@pytest.mark.parametrize("gap", [" " * 50, "\t" * 50], ids=["blanks", "tabs"])
+def test_names_far_apart_in_many_lines_are_read_at_once(tmp_path: Path, gap: str) -> None:
+    block = 500 * f"时间 (s){gap}位移 (mm){gap}载荷 (N)\n" + "".join(f"0.{k}{gap}0.{k}{gap}0.{k}\n" for k in range(10, 22))
+    path = tmp_path / "a.csv"
+    path.write_text(2 * block, encoding="utf-8")
+    start = time.process_time()
+    with contextlib.suppress(InputError):
+        read_lab_file(path, Reading(specimen=1))
+    assert time.process_time() - start < 2.0  # 0.4 s on an idle machine
+
+
+@pytest.mark.parametrize("cell", ["0.E874", "0E400", "0e-999"])
+@pytest.mark.parametrize("column", [0, 1, 2])
+@pytest.mark.parametrize("which", [slice(30, 31), slice(0, 10), slice(10, 55)])
+def test_a_nought_with_a_monstrous_exponent_is_refused_or_read(tmp_path: Path, cell: str, column: int, which: slice) -> None:
+    cells = [row.split(",") for row in rows()]
+    for row in cells[which]:
+        row[column] = cell
+    refused = ""
+    try:
+        table = read(tmp_path, [",".join(row) for row in cells])
+    except InputError as fault:
+        refused = str(fault)
+    if refused:
+        assert cell in refused
+    else:
+        kept = np.array([not reason for reason in table.reasons])
+        kept[which] = False
+        np.testing.assert_allclose(table.columns["force"][kept], F[kept], atol=1e-4)
