@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from calib.errors import Choice, Fault
 from calib.lab.instruments.alone_in_unit import alone_in_unit
-from calib.lab.instruments.brackets import goes_on_with_conditions
+from calib.lab.instruments.brackets import LONGEST, goes_on_with_conditions
 from calib.lab.instruments.by_function import by_function
 from calib.lab.instruments.clock_cells import is_clock, is_date, is_reading
 from calib.lab.instruments.common_words import common_words
@@ -367,7 +367,7 @@ def _whole_brackets(cells: list[str], delimiter: str, below: Sequence[str]) -> l
 
 
 def _is_open(cell: str) -> bool:
-    return any(cell.count(opening) > cell.count(closing) for opening, closing in ("()", "[]"))
+    return len(cell) <= LONGEST and any(cell.count(opening) > cell.count(closing) for opening, closing in ("()", "[]"))
 
 
 def _with_row_names(cells: list[str], delimiter: str, below: Sequence[str]) -> list[str]:

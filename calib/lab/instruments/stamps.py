@@ -65,7 +65,9 @@ _OF_DATE = re.compile(
     r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?: +[AP]M)?(?: +(?P<zone>[A-Z]{1,5}))? +\d{4})\]?:?(?P<behind> +\S.*)"
 )
 #: What shows that lines may begin with such dates.
-MAY_BE_OF_DATE = re.compile(r"^\s*\[?[^\W\d_]{2,4}\.? +[^\n]{3,14}\d{1,2}:\d\d:\d\d[^\n]{0,14}(?:19|20)\d\d\b", re.MULTILINE)
+MAY_BE_OF_DATE = re.compile(
+    r"^[^\S\n]*\[?[^\W\d_]{2,4}\.? +[^\n]{3,14}\d{1,2}:\d\d:\d\d[^\n]{0,14}(?:19|20)\d\d\b", re.MULTILINE
+)
 
 
 def with_dates_in_figures(lines: Sequence[str]) -> list[str]:

@@ -113,19 +113,19 @@ _OF_SIGNALS = 20_000
 _NAMED_ELSEWHERE = (
     (MAY_BE_OF_DATE, with_dates_in_figures, "the dates and times in words before the cells of each line are read in figures"),
     (
-        re.compile(r"^\s*\|\|.*\|\|\s*$", re.MULTILINE),
+        re.compile(r"^[^\S\n]*\|\|.*\|\|[^\S\n]*$", re.MULTILINE),
         of_tracker,
         "the table is one of an issue tracker: its marks are taken off",
     ),
     (
-        re.compile(r"^\s*<[a-z]{3,4}>\s+<", re.MULTILINE),
+        re.compile(r"^[^\S\n]*<[a-z]{3,4}>\s+<", re.MULTILINE),
         of_tibble,
         "the line of the types of the columns, as R prints it, is passed by",
     ),
     (re.compile(r"\A\s*\{\|"), of_wiki, "the table is one of a wiki: its marks are taken off"),
-    (re.compile(r"^\s*\[{1,2}\s*[-+\d]", re.MULTILINE), of_array, "the brackets of a printed array are taken off"),
+    (re.compile(r"^[^\S\n]*\[{1,2}\s*[-+\d]", re.MULTILINE), of_array, "the brackets of a printed array are taken off"),
     (
-        re.compile(r"^\s*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d][^\n]*\n\s*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d]", re.MULTILINE),
+        re.compile(r"^[^\S\n]*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d][^\n]*\n\s*[^\W\d_][\w-]{0,15}\s*:\s*[-+.\d]", re.MULTILINE),
         without_words_before,
         "a word and a colon stand before the cells of each line, which are passed by",
     ),

@@ -182,8 +182,19 @@ def test_a_row_one_column_too_far_is_left_out_also_beside_columns_that_are_alway
         "Zeit;Weg;Kraft\ns;mm;N\n" + "".join(f"0,{k};0,{k};0,{k}\n" for k in range(9)) + "1" * 9000 + " " * 4000 + ";0,9;0,9\n",
         "Time (s);Extension (mm);Load (N)\n" + '"(' * 50_000 + "\n0.0;0.1;0.2\n",
         ("Time (s),Strain (%),Ext" + "\u00a0" * 3500 + "e" + "(" * 5000 + ",1\n") * 30 + "Time (s),Load (N)\n",
+        ("Time [s];Extension [mm];Load [" + "1," * 2500 + "\n" + "0.1;0.2;0.3\n" * 12) * 60,
+        '"Maximum Load"\n"(N)"\n"8.366"' + "\n" * 500_000 + '"Time","Load"\n',
     ],
-    ids=["among units", "brackets among units", "numbers without a header", "digits in a time", "a long line", "blanks above"],
+    ids=[
+        "among units",
+        "brackets among units",
+        "numbers without a header",
+        "digits in a time",
+        "a long line",
+        "blanks above",
+        "an open bracket",
+        "empty lines",
+    ],
 )
 def test_monstrous_cells_are_refused_or_read_at_once(tmp_path: Path, content: str) -> None:
     path = tmp_path / "a.csv"
