@@ -464,7 +464,8 @@ def _without_its_index(cell: str, unit_below: str) -> str:
 @lru_cache(maxsize=_MOST_NAMES)
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
-    if len(cell) > LONGEST:
+    # Of columns without names there are thousands in a damaged file, each with its number for one.
+    if len(cell) > LONGEST or (cell.isdecimal() and not unit_below):
         return "not understood"
     if factor := leading_factor(cell):
         return f'the factor "{factor}" stands before its name'
