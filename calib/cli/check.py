@@ -117,7 +117,7 @@ def _say_outlook(outlook: Outlook) -> None:
     for told in outlook.unknowns:
         quantity = told.name.parameter
         sds = (in_units(quantity, told.prior_sd), in_units(quantity, told.expected_sd))
-        share = f"{max(told.contraction, 0.0) * 100:.0f} %, {learned_in_words(told.contraction, 0.0)}"
+        share = f"{max(told.contraction, 0.0) * 100:.0f} %, {learned_in_words(told.contraction, 0.0, from_data=told.from_data)}"
         shown.add_row(escape(str(told.name)), *sds, share)
     out().print(shown)
     for ridge in outlook.ridges:

@@ -12,7 +12,7 @@ from calib.catalogue import CHANNELS, POOLED, SPREADS, UNKNOWNS, Setting, Unknow
 from calib.experiment import Experiment, Specimen, lot_prior
 from calib.lab import Sweep
 from calib.priors import Fixed, Prior, StackedPriors, default_prior, stack_priors
-from calib.problem.centred import noise_default, sweep_defaults
+from calib.problem.centred import CENTRED, noise_default, sweep_defaults
 from calib.problem.lots import Lot, lot_of
 
 
@@ -50,6 +50,11 @@ class ParameterInfo:
     def sweep(self) -> str:
         """Name of the sweep that the unknown belongs to, empty for an unknown that all sweeps of the specimen share."""
         return self.key.sweep
+
+    @property
+    def from_data(self) -> bool:
+        """Whether the prior itself is what the records show, so that one the data hardly move is no mere belief."""
+        return self.origin.startswith(CENTRED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,7 +106,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
                 unit=p.display_unit,
                 interval=interval_text(lo * k, hi * k),
                 contraction=s.prior_contraction,
-                learned=learned_in_words(s.prior_contraction, s.prior_shift, limit),
+                learned=learned_in_words(s.prior_contraction, s.prior_shift, limit, from_data=info.from_data),
                 r_hat=number_or_unknown(s.r_hat, ".3f"),
                 ess_bulk=number_or_unknown(s.ess_bulk, ".0f"),
                 ess_tail=number_or_unknown(s.ess_tail, ".0f"),
@@ -170,7 +170,7 @@ def pair_rows(difference: Difference) -> list[tuple[str, str, str, str, str]]:
     return [(name, one, other, unit, z) for name, one, other, unit, z in rows]
 
 
-def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> str:
+def learned_in_words(contraction: float, shift: float, limit: float = 3.5, *, from_data: bool = False) -> str:
     """Say in two to four words how much the data changed what was believed of a parameter.
 
     Parameters
@@ -178,6 +178,7 @@ def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> st
     contraction : share of the prior's variance that the data took away [1].
     shift : how far they pulled it, in its standard deviations [1].
     limit : how far contradicts what was believed [1], see `calib.checks.conflict_limit`.
+    from_data : whether what was believed is what the records showed before, such as the offset of two clocks.
 
     Returns
     -------
@@ -188,11 +189,13 @@ def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> st
     --------
     >>> learned_in_words(0.05, 0.1), learned_in_words(0.3, 0.1), learned_in_words(0.6, 0.1), learned_in_words(0.97, 0.1)
     ('prior-driven', 'mostly its prior', 'moved by the data', 'settled by the data')
-    >>> learned_in_words(0.05, 1.5), learned_in_words(0.5, -4.0)
-    ('mostly its prior', 'against its prior')
+    >>> learned_in_words(0.05, 1.5), learned_in_words(0.5, -4.0), learned_in_words(0.05, 0.1, from_data=True)
+    ('mostly its prior', 'against its prior', 'found in the data')
     """
     if abs(shift) > limit:
         return AGAINST_PRIOR_WORDS
+    if from_data and contraction < LEARNED:
+        return "found in the data"
     if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS
     if contraction < LEARNED:

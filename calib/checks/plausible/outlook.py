@@ -54,12 +54,14 @@ class UnknownOutlook:
     prior_sd : what is not known of it before the data, half of what two thirds of the prior take, SI.
     expected_sd : what will not be known of it after them, SI.
     contraction : share of the prior's variance that the data take away.
+    from_data : whether the prior is what the records show.
     """
 
     name: UnknownName
     prior_sd: float
     expected_sd: float
     contraction: float
+    from_data: bool
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,7 @@ def outlook_of(look: Look) -> Outlook:
     variance = weight @ (theta - weight @ theta) ** 2
     sd = np.sqrt(weight @ (values - weight @ values) ** 2)
     told = tuple(
-        UnknownOutlook(p.key, float((one_up[k] - one_down[k]) / 2), float(sd[k]), float(1 - variance[k]))
+        UnknownOutlook(p.key, float((one_up[k] - one_down[k]) / 2), float(sd[k]), float(1 - variance[k]), p.from_data)
         for k, p in enumerate(problem.parameters)
         if p.parameter not in SCALES
     )
@@ -190,7 +192,7 @@ def _of_lot(look: Look) -> tuple[UnknownOutlook, ...]:
         z = info.prior.to_normal(own)
         low, high = (float(info.prior.ppf_normal(end)) for end in (-1.0, 1.0))
         variance, sd = (float(look.weight @ (x - look.weight @ x) ** 2) for x in (z, own))
-        found.append(UnknownOutlook(info.key, (high - low) / 2, math.sqrt(sd), 1 - variance))
+        found.append(UnknownOutlook(info.key, (high - low) / 2, math.sqrt(sd), 1 - variance, info.from_data))
     return tuple(found)
 
 

@@ -45,7 +45,7 @@ def _words(made: Check) -> dict[str, object]:
                 str(t.name),
                 in_units(t.name.parameter, t.prior_sd),
                 in_units(t.name.parameter, t.expected_sd),
-                f"{max(t.contraction, 0.0) * 100:.0f} %, {learned_in_words(t.contraction, 0.0)}",
+                f"{max(t.contraction, 0.0) * 100:.0f} %, {learned_in_words(t.contraction, 0.0, from_data=t.from_data)}",
             )
             for t in told
         ],

@@ -18,7 +18,9 @@ from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
 from calib.lab.use import Use
+from calib.priors import Normal
 from calib.problem.unknowns import list_unknowns
+from calib.report.rows import learned_in_words
 from calib.sampling.posterior import Posterior
 from models.sensor import FloatArray
 
@@ -299,9 +301,29 @@ def test_an_offset_that_the_data_do_not_tell_gets_a_wide_prior(
     infos, _ = list_unknowns(experiment, (sweep,))
     info = next(i for i in infos if i.parameter == "clock_offset")
     assert "do not tell" in info.origin
+    assert not info.from_data
     low, high = (float(info.prior.ppf_normal(z)) for z in (-1.0, 1.0))
     assert (high - low) / 2 == pytest.approx(sweep.clock_offset_sd)
     assert sweep.clock_offset_sd > 5
+    assert learned_in_words(0.05, 0.1, from_data=info.from_data) == "prior-driven"
+
+
+def test_an_offset_that_the_data_tell_gets_a_prior_as_wide_as_it_is_off(
+    tmp_path: Path, make_posterior: Callable[..., Posterior]
+) -> None:
+    sweep = make_sweep("sensor 1", "", 5e-3, *write(Pair(), tmp_path))
+    experiment = make_posterior(True, 1).experiment
+    (info,) = (i for i in list_unknowns(experiment, (sweep,))[0] if i.parameter == "clock_offset")
+    low, high = (float(info.prior.ppf_normal(z)) for z in (-1.0, 1.0))
+    assert (low + high) / 2 == pytest.approx(sweep.clock_offset)
+    assert (high - low) / 2 == pytest.approx(0.8 * sweep.clock_offset_sd)
+    assert learned_in_words(0.05, 0.1, from_data=info.from_data) == "found in the data"
+    # What somebody believes of the clocks is a belief, however little the data say to it.
+    (specimen,) = experiment.specimens
+    own = {**specimen.priors, "clock_offset": Normal(sweep.clock_offset, 0.01)}
+    believed = replace(experiment, specimens=(replace(specimen, priors=own),))
+    (info,) = (i for i in list_unknowns(believed, (sweep,))[0] if i.parameter == "clock_offset")
+    assert not info.from_data
 
 
 def test_whole_periods_are_refused_with_advice_unless_the_range_is_known(tmp_path: Path) -> None:
