@@ -24,8 +24,8 @@ NOISE_FACTOR = 2.0
 #: Sd [s] of the prior of a clock offset around its estimate from the data, where that states none.
 CLOCK_OFFSET_SD = 0.2
 
-#: Sd of that prior over the one that the estimate states, of which 360 errors were 0.75 (root mean square; docs/lab_files.md).
-CLOCK_OFFSET_SHARE = 0.8
+#: Sd of that prior over the one that the estimate states, of which errors are 0.5 to 0.94 (docs/lab_files.md).
+CLOCK_OFFSET_SHARE = 0.9
 
 
 def nominal_zero(sweep: Sweep) -> tuple[float, float]:

@@ -27,20 +27,20 @@ DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment
 # Mean and sd [SI] of each unknown of the first specimen of `DATASET` alone, by another implementation: the sampler of this
 # project, 1,000 steps, 11,000 effective draws or more, seed 1, on 2026-11-27: within 0.01 sd and 0.7 %.
 SAMPLED = {
-    "young_modulus": (618547, 9087.6),
-    "relative_permittivity": (2.78624, 0.0870893),
-    "parasitic_capacitance": (1.06104e-12, 7.30943e-13),
-    "machine_compliance": (3.1045e-06, 3.54892e-07),
-    "force_noise": (0.00427834, 0.000524335),
-    "capacitance_noise": (9.90154e-15, 1.17233e-15),
-    "force_discrepancy": (0.00154828, 0.00177562),
-    "capacitance_discrepancy": (0.00667976, 0.00641489),
-    "sensor_thickness[sensor 1]": (0.000746949, 1.72539e-05),
-    "padding_thickness[sensor 1]": (0.00108415, 2.10569e-05),
-    "dielectric_thickness[sensor 1]": (0.000160753, 4.95554e-06),
-    "contact_offset[sensor 1]": (0.00021078, 5.61382e-07),
-    "load_zero[sensor 1]": (0.343231, 0.000231697),
-    "clock_offset[sensor 1]": (3.45567, 0.0291966),
+    "young_modulus": (618628, 9120.35),
+    "relative_permittivity": (2.78669, 0.0872952),
+    "parasitic_capacitance": (1.04848e-12, 7.34407e-13),
+    "machine_compliance": (3.09826e-06, 3.55845e-07),
+    "force_noise": (0.00427582, 0.000523586),
+    "capacitance_noise": (9.90482e-15, 1.1672e-15),
+    "force_discrepancy": (0.00155489, 0.00178392),
+    "capacitance_discrepancy": (0.00670277, 0.00640736),
+    "sensor_thickness[sensor 1]": (0.000746934, 1.7231e-05),
+    "padding_thickness[sensor 1]": (0.00108444, 2.10893e-05),
+    "dielectric_thickness[sensor 1]": (0.000160758, 4.96395e-06),
+    "contact_offset[sensor 1]": (0.000210783, 5.64253e-07),
+    "load_zero[sensor 1]": (0.343232, 0.000232188),
+    "clock_offset[sensor 1]": (3.45332, 0.0327317),
 }
 
 
