@@ -9,8 +9,8 @@ import numpy as np
 from calib.lab import Sweep, hertz_onset, level_before_contact
 from calib.priors import LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior
 
-#: How the origin of a prior begins that the data centre.
-CENTRED = "default, centred on"
+#: How the origin of a prior begins of which the records give the width, too, and not the centre alone.
+FROM_DATA = "default, as found in the data"
 
 #: Within this distance of zero [m] the onset found in the data agrees with the default prior of the contact offset.
 ONSET_NEAR_ZERO = 0.25e-3
@@ -55,18 +55,18 @@ def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
         centre = round(onset, 5)
         priors["contact_offset"] = (
             Uniform(centre - 0.5e-3, centre + 0.5e-3),
-            f"{CENTRED} the onset of force in the data at {centre * 1e3:.2f} mm of crosshead reading",
+            f"default, centred on the onset of force in the data at {centre * 1e3:.2f} mm of crosshead reading",
         )
     if abs(load) > LOAD_NEAR_ZERO:
         centre = round(load, 2)
         priors["load_zero"] = (
             TruncatedNormal(centre, 1.0, centre - 5.0, centre + 5.0),
-            f"{CENTRED} the load before contact in the data, {centre:.2f} N",
+            f"default, centred on the load before contact in the data, {centre:.2f} N",
         )
     if np.isfinite(sweep.clock_offset):
         told = sweep.clock is None or sweep.clock.confidence != "ambiguous"
         origin = (
-            f"{CENTRED} the offset found in the data, {sweep.clock_offset:.3g} s, as sure as that is"
+            f"{FROM_DATA}, {sweep.clock_offset:.3g} s, and as sure as that is"
             if told
             else "default, as wide as what is possible: the data do not tell the offset of the clocks"
         )
@@ -90,7 +90,7 @@ def noise_default(channel: str, sweeps: Sequence[Sweep]) -> tuple[Prior, str]:
     estimates = [s.noise.get(channel, float("nan")) for s in sweeps]
     good = [e for e in estimates if np.isfinite(e) and e > 0]
     if good:
-        return LogNormal(float(np.exp(np.mean(np.log(good)))), NOISE_FACTOR), f"{CENTRED} the scatter of the readings"
+        return LogNormal(float(np.exp(np.mean(np.log(good)))), NOISE_FACTOR), "default, centred on the scatter of the readings"
     spans = [span for s in sweeps if channel in s.channels and (span := float(np.ptp(s.channels[channel].value))) > 0]
     if any(e == 0 for e in estimates) and spans:
         return LogNormal(1e-4 * max(spans), 3.0), "default, a ten-thousandth of the range: the readings show no scatter"

@@ -12,7 +12,7 @@ from calib.catalogue import CHANNELS, POOLED, SPREADS, UNKNOWNS, Setting, Unknow
 from calib.experiment import Experiment, Specimen, lot_prior
 from calib.lab import Sweep
 from calib.priors import Fixed, Prior, StackedPriors, default_prior, stack_priors
-from calib.problem.centred import CENTRED, noise_default, sweep_defaults
+from calib.problem.centred import FROM_DATA, noise_default, sweep_defaults
 from calib.problem.lots import Lot, lot_of
 
 
@@ -53,8 +53,8 @@ class ParameterInfo:
 
     @property
     def from_data(self) -> bool:
-        """Whether the prior itself is what the records show, so that one the data hardly move is no mere belief."""
-        return self.origin.startswith(CENTRED)
+        """Whether centre and width of the prior are what the records show: that the data hardly move it is no reproach."""
+        return self.origin.startswith(FROM_DATA)
 
 
 @dataclass(frozen=True, eq=False)

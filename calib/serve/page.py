@@ -168,7 +168,7 @@ def shown(request: Request, template: str, code: int = 200, **values: Any) -> Re
     """
     space = space_of(request)
     frame = {"steps": STEPS, "path": request.url.path, "folder": str(space.folder)}
-    return HTMLResponse(_templates().get_template(template).render(**frame, **values), code)
+    return HTMLResponse(rendered(template, **frame, **values), code)
 
 
 def elsewhere(path: str, **query: str) -> Response:
@@ -324,7 +324,7 @@ def _refused(request: Request, status: int, said: Sequence[str], *, unchanged: b
     if asked_by_script(request):
         return JSONResponse({"faults": list(said)}, status)
     if request.headers.get("x-part") == "1":
-        return HTMLResponse(_templates().get_template("faults.html.j2").render(faults=said), status)
+        return HTMLResponse(rendered("faults.html.j2", faults=said), status)
     return shown(request, "refused.html.j2", status, faults=said, unchanged=unchanged)
 
 

@@ -515,6 +515,8 @@ def test_a_record_far_from_zero_centres_the_default_contact_offset_on_its_onset(
     assert "onset" in contact.origin
     assert load.prior.interval(0.5)[0] < -3.2 < load.prior.interval(0.5)[1]
     assert "load before contact" in load.origin
+    assert not contact.from_data  # the centre is, how far it may be off is believed
+    assert not load.from_data
     near = {p.parameter: p for p in build_problem(experiment(), [press()], EXACT).parameters}
     assert near["contact_offset"].prior == default_prior("contact_offset")
     assert near["contact_offset"].origin == "default"
