@@ -31,11 +31,10 @@ from calib.catalogue import spread_of
 from calib.checks.left_out_specimens import foretold
 from calib.checks.reasons import RATES
 from calib.checks.strangers import strangers_of
-from calib.decision.next_specimen import as_next_specimen
 from calib.errors import InputError
 from calib.experiment import Experiment, Specimen, forward_of_experiment, read_experiment
 from calib.priors import HalfNormal, LogNormal, Normal, Prior, default_prior
-from calib.problem import Problem, build_problem, values_at, values_of_lot
+from calib.problem import Problem, as_next_specimen, build_problem, values_at, values_of_lot
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import K_HAT, Gate, first_answer, look_at, sample, smooth_weights
 from models.response import Forward

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.decision.gripper import Gripper
-from calib.decision.next_specimen import as_next_specimen, as_unmeasured_specimen
-from calib.problem import Calibrated, Lot, ParameterInfo, lookup, specimen_design
+from calib.problem import Calibrated, Lot, ParameterInfo, as_next_specimen, as_unmeasured_specimen, lookup, specimen_design
 from models.response import Forward
 from models.sensor import BoolArray, Design, FloatArray, design_from
 

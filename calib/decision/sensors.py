@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.checks import Member, drawn
-from calib.decision.next_specimen import as_next_specimen, padding_about_mean
-from calib.problem import lookup, specimen_design
+from calib.problem import as_next_specimen, lookup, padding_about_mean, specimen_design
 from calib.sampling import Posterior
 from models.sensor import BoolArray, Design, FloatArray, Scalar, design_from
 

@@ -15,10 +15,9 @@ import numpy as np
 
 from calib.catalogue import SCALES, UnknownName
 from calib.decision.known import Known
-from calib.decision.next_specimen import as_next_specimen
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
-from calib.problem import Lot, lookup, specimen_design, values_at
+from calib.problem import Lot, as_next_specimen, lookup, specimen_design, values_at
 from calib.sampling import Posterior, thin_draws
 from models.curves import DesignPrediction, predict_design
 from models.sensor import FloatArray

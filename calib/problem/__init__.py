@@ -18,6 +18,7 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, NewcomerUnknown, newcomer_experiment, newcomer_of, template_of
+from calib.problem.next_specimen import as_next_specimen, as_unmeasured_specimen, padding_about_mean
 from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps, specimen_and_ball
 from calib.problem.prior import (
     log_prior,
@@ -62,6 +63,8 @@ __all__ = [
     "SweepModel",
     "SweepPlan",
     "UnknownTable",
+    "as_next_specimen",
+    "as_unmeasured_specimen",
     "block_names",
     "build_problem",
     "chi_square",
@@ -91,6 +94,7 @@ __all__ = [
     "nominal_zero",
     "of_lot",
     "outside_faults",
+    "padding_about_mean",
     "plan_sweep",
     "plan_sweeps",
     "point_densities",

@@ -32,7 +32,7 @@ class Tested:
 
     Attributes
     ----------
-    name : of the unknown, or `LIKELIHOOD`.
+    name : of the unknown, of a quantity of the next specimen, or `LIKELIHOOD`.
     n : how many truths.
     mean_rank : 0.5 if all is well; above it posteriors lie too low.
     probability : with which uniform ranks would stray as far anywhere.

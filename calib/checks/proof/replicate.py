@@ -20,13 +20,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from calib.catalogue import unknowns_of
+from calib.catalogue import UnknownName, unknowns_of
 from calib.checks.proof.presses import SimulatedPress
 from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
 from calib.errors import InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, columns_at, log_likelihood_at, of_lot, prior_values, values_of_lot
+from calib.problem import (
+    Problem,
+    as_next_specimen,
+    build_problem,
+    columns_at,
+    log_likelihood_at,
+    of_lot,
+    prior_values,
+    values_of_lot,
+)
 from calib.sampling import K_HAT, Gate, NothingSampled, look_at, sample, smooth_weights
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
@@ -34,6 +43,9 @@ from models.threads import one_thread
 
 #: Name under which the rank of the truth's likelihood is kept.
 LIKELIHOOD = "log likelihood"
+
+#: In the place of the specimen's name, in the name of a quantity of the next specimen of a lot.
+NEXT = "next specimen"
 
 #: What a calibration has to reach here, less than for its numbers to be used: draws enough to rank the truth among so many.
 GATE, RANKED = Gate(r_hat=1.02, ess=200.0), 399
@@ -101,7 +113,8 @@ class Replicate:
     number : which one.
     outcome : "done", by weighted draws or by chains, or why it says nothing, or less.
     why : the latter in words.
-    places : name of an unknown, or `LIKELIHOOD` -> where its truth lies; empty if nothing was sampled.
+    places : name of an unknown, of a quantity of the `NEXT` specimen, or `LIKELIHOOD` -> where its truth lies; empty if nothing
+        was sampled.
     seconds : of processor time.
     """
 
@@ -244,7 +257,7 @@ def _covered(forward: Forward, sweep: TrueSweep) -> bool:
 def places_of(
     problem: Problem, draws: FloatArray, weight: FloatArray, truth: Mapping[str, float], rng: np.random.Generator
 ) -> dict[str, Place]:
-    """Find where the truth lies in a posterior, by every unknown and by the likelihood.
+    """Find where the truth lies in a posterior, by every unknown, by the next specimen of a lot and by the likelihood.
 
     Parameters
     ----------
@@ -252,18 +265,35 @@ def places_of(
     draws : of it, (n_draw, n_unknown), SI.
     weight : of each, (n_draw,); they sum to 1.
     truth : name of an unknown -> SI value, fixed ones included.
-    rng : for ties.
+    rng : for ties, and of the next specimen.
     """
     names = _names(problem)
     found = {name: _place(truth[name], draws[:, k], weight, rng) for k, name in enumerate(names) if name in truth}
     values = {name: draws[:, k] for k, name in enumerate(names)}
     values |= {name: np.full(len(draws), value) for name, value in problem.fixed.items()}
+    found |= _of_next(problem, values, weight, truth, rng)
     if all(name in truth for name in values):
         one = {name: np.array([truth[name]]) for name in values}
         at_truth = float(log_likelihood_at(problem, problem.forward, problem.plans, one)[0])
         if math.isfinite(at_truth):
             of_draws = log_likelihood_at(problem, problem.forward, problem.plans, values)
             found[LIKELIHOOD] = _place(at_truth, of_draws, weight, rng)
+    return found
+
+
+def _of_next(
+    problem: Problem, values: Mapping[str, FloatArray], weight: FloatArray, truth: Mapping[str, float], rng: np.random.Generator
+) -> dict[str, Place]:
+    """Where the next specimen of the true lot lies among those of the lots of the draws; nothing under complete pooling."""
+    lots = problem.table.lots
+    if not lots:
+        return {}
+    of_draws = as_next_specimen(values, lots, rng)
+    of_truth = as_next_specimen({name: np.array([truth[name]]) for name in values if name in truth}, lots, rng)
+    found = {}
+    for lot in lots:
+        first = problem.names[int(lot.columns[0])]
+        found[str(UnknownName(lot.quantity, NEXT))] = _place(float(of_truth[first][0]), of_draws[first], weight, rng)
     return found
 
 

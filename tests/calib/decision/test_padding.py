@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from calib.decision.extrapolation import measured_presses
-from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
@@ -19,6 +18,7 @@ from calib.decision.words import percent
 from calib.errors import InputError
 from calib.priors.distributions import Fixed, Normal
 from calib.problem.lots import Lot, LotPrior
+from calib.problem.next_specimen import as_next_specimen, padding_about_mean
 from calib.sampling.posterior import Posterior, thin_draws
 from models.analytic import ClosedForm
 from models.response import Response

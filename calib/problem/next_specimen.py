@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calib.catalogue import UnknownName, spread_of, unknowns_of
-from calib.problem import Lot, ParameterInfo
+from calib.problem.lots import Lot
+from calib.problem.unknowns import ParameterInfo
 from models.sensor import BoolArray, FloatArray
 
 # How often a specimen that cannot be is drawn again.
