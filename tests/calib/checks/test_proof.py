@@ -17,12 +17,14 @@ from calib.checks.proof.presses import SimulatedPress, presses_of
 from calib.checks.proof.ranks import coverage_interval, probability_of, rank_band, rank_points, rank_shares
 from calib.checks.proof.replicate import (
     LIKELIHOOD,
+    NEXT,
     Outcome,
     Place,
     Replicate,
     ReplicateSetting,
     attempt,
     draw_truth,
+    places_of,
     pressed_again,
     replicate_from_plain,
     replicate_to_plain,
@@ -30,7 +32,7 @@ from calib.checks.proof.replicate import (
 from calib.checks.proof.simulation import Curve, TrueSweep, curve_of, true_sweeps, write_lab
 from calib.experiment import Experiment, experiment_from, read_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, medians, residuals
+from calib.problem import Problem, build_problem, medians, of_lot, prior_values, residuals
 from models.analytic import ClosedForm
 from models.sensor import Design, design_from
 from models.surrogate import load_surrogate
@@ -194,6 +196,25 @@ def test_a_replicate_presses_calibrates_and_ranks() -> None:
     assert {"young_modulus", "padding_thickness[sensor 1]", LIKELIHOOD} <= set(replicate.places)
     assert all(0 < place.rank < 1 and abs(place.off) < 5 for place in replicate.places.values())
     assert replicate_from_plain(replicate_to_plain(replicate)).places == replicate.places
+
+
+def test_the_next_specimen_of_a_lot_is_ranked_by_what_the_lot_says_of_it() -> None:
+    one, sweeps, _ = _shipped()
+    problem = build_problem(replace(one, pooling="partial"), sweeps, EXACT)
+    names = [*problem.names, *(info.name for info in of_lot(problem))]
+    ranks: dict[str, list[float]] = {}
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        drawn = prior_values(problem, rng, 100)
+        draws = np.column_stack([drawn[name] for name in names])
+        truth = {name: float(drawn[name][-1]) for name in names if name != "force_noise"}  # without it nothing is pressed
+        for name, place in places_of(problem, draws[:-1], np.full(99, 1 / 99), truth, rng).items():
+            ranks.setdefault(name, []).append(place.rank)
+    following = {name: np.array(of) for name, of in ranks.items() if name.endswith(f"[{NEXT}]")}
+    assert {name.split("[")[0] for name in following} == {"young_modulus", *(lot.quantity for lot in problem.table.lots)}
+    assert all(probability_of(rank) > 0.001 for rank in following.values())
+    # It is another one than that which was measured.
+    assert all(np.all(rank != ranks[name.replace(NEXT, "sensor 1")]) for name, rank in following.items())
 
 
 def test_around_a_posterior_the_same_sensors_are_pressed_again_with_a_rig_of_their_own(tmp_path: Path) -> None:
