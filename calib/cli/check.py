@@ -110,15 +110,11 @@ def _say_ranges(ranges: tuple[Range, ...]) -> None:
 def _say_outlook(outlook: Outlook) -> None:
     from rich.markup import escape
 
-    from calib.checks import in_units
-    from calib.report import learned_in_words
+    from calib.report import outlook_rows
 
     shown = table("what the data will tell", "known before (sd)", "after (sd)", "learned")
-    for told in outlook.unknowns:
-        quantity = told.name.parameter
-        sds = (in_units(quantity, told.prior_sd), in_units(quantity, told.expected_sd))
-        share = f"{max(told.contraction, 0.0) * 100:.0f} %, {learned_in_words(told.contraction, 0.0, from_data=told.from_data)}"
-        shown.add_row(escape(str(told.name)), *sds, share)
+    for name, *told in outlook_rows(outlook):
+        shown.add_row(escape(name), *told)
     out().print(shown)
     for ridge in outlook.ridges:
         say(f"Ridge: {ridge.in_words}.")

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, plots_of_report, report_page
     from calib.report.pictures import any_letters, write_figure
-    from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
+    from calib.report.rows import FirstRow, ParameterRow, first_rows, outlook_rows, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
     from calib.report.sheet import certificate_page
     from calib.report.status import check_status_in_words, duration_in_words, status_in_words
@@ -99,12 +99,12 @@ __all__ = [
     "gripper_files",
     "kept_drawings",
     "laboratory_gaps",
-    "learned_in_words",
     "lines_to_add",
     "lot_status",
     "missed_in",
     "modulus_share",
     "moves_in_words",
+    "outlook_rows",
     "padding_figure",
     "pair_rows",
     "parameter_rows",
@@ -168,7 +168,7 @@ __getattr__ = on_demand(
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "report_page"),
         ".pictures": ("any_letters", "write_figure"),
-        ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
+        ".rows": ("FirstRow", "ParameterRow", "first_rows", "outlook_rows", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
         ".sheet": ("certificate_page",),
         ".status": ("check_status_in_words", "duration_in_words", "status_in_words"),

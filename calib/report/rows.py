@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
-from calib.checks import LEARNED, Difference, conflict_limit
+from calib.checks import LEARNED, Difference, Outlook, conflict_limit, in_units
 from calib.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.priors import Fixed
 from calib.problem import ParameterInfo
@@ -168,6 +168,16 @@ def pair_rows(difference: Difference) -> list[tuple[str, str, str, str, str]]:
         weighed = pair.why if pair.z is None else f"{pair.z:+.1f}" + (f" ({pair.why})" if pair.why else "")
         rows.append((pair.name, *sides, q.display_unit, weighed))
     return [(name, one, other, unit, z) for name, one, other, unit, z in rows]
+
+
+def outlook_rows(outlook: Outlook) -> list[tuple[str, str, str, str]]:
+    """Make the rows of the table of what data will tell: name, sd before and after with their unit, and how much is learned."""
+    rows = []
+    for told in outlook.unknowns:
+        before, after = (in_units(told.name.parameter, sd) for sd in (told.prior_sd, told.expected_sd))
+        learned = learned_in_words(told.contraction, 0.0, from_data=told.from_data)
+        rows.append((str(told.name), before, after, f"{max(told.contraction, 0.0) * 100:.0f} %, {learned}"))
+    return rows
 
 
 def learned_in_words(contraction: float, shift: float, limit: float = 3.5, *, from_data: bool = False) -> str:

@@ -6,8 +6,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from calib.checks import expected_in_words, in_units, measured_in_words
-from calib.report import check_status_in_words, duration_in_words, learned_in_words
+from calib.checks import expected_in_words, measured_in_words
+from calib.report import check_status_in_words, duration_in_words, outlook_rows
 from calib.runs import Check
 from calib.serve.checking import check_of
 from calib.serve.commands import typed
@@ -35,20 +35,11 @@ async def light(request: Request) -> Response:
 
 def _words(made: Check) -> dict[str, object]:
     outlook = made.outlook
-    told = [] if outlook is None else outlook.unknowns
     return {
         "verdict": made.verdict,
         "status": check_status_in_words(made.verdict),
         "ranges": [(r.sweep, r.seen, measured_in_words(r), expected_in_words(r)) for r in made.ranges],
-        "unknowns": [
-            (
-                str(t.name),
-                in_units(t.name.parameter, t.prior_sd),
-                in_units(t.name.parameter, t.expected_sd),
-                f"{max(t.contraction, 0.0) * 100:.0f} %, {learned_in_words(t.contraction, 0.0, from_data=t.from_data)}",
-            )
-            for t in told
-        ],
+        "unknowns": [] if outlook is None else outlook_rows(outlook),
         "ridges": [] if outlook is None else [ridge.in_words for ridge in outlook.ridges],
         "tare": "" if outlook is None or outlook.tare is None else outlook.tare.in_words,
         "takes": "" if made.seconds is None else " to ".join(map(duration_in_words, made.seconds)),
