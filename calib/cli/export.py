@@ -126,8 +126,8 @@ def force_of(
 
     Writes: nothing.
 
-    Exit codes: 0 done, the verdict green or amber, also where a reading is beyond the range or means no contact, which is said;
-    2 bad input, or no tare; 3 the verdict on the calibration is red, or with --strict amber.
+    Exit codes: 0 done, the verdict green or amber (a reading beyond the range or below rest is amber); 2 bad input, or no tare;
+    3 the verdict on the calibration is red, or with --strict amber.
     """
     with refusing_bad_input():
         from calib.checks import verdict_of
@@ -159,6 +159,7 @@ def force_of(
                 say(reading_in_words(table, one, c0))
             say(f"  holds for {range_in_words(table, c0[1])}; tare to be expected: {table.tare_in_words}")
         doubts = [doubted[table.name] for table in tables if table.name in doubted]
+        doubts += [d for table in tables for _, c in read if (d := table.reading_doubt(c, c0[1])) is not None]
         verdict = verdict_of(dict.fromkeys((*doubts, *(r for table in tables for r in table.verdict.reasons))))
         say_verdict(verdict, status_in_words(verdict, "the forces" if len(read) * len(tables) > 1 else "the force"))
         for condition in dict.fromkeys(c for table in tables for c in table.conditions):

@@ -197,6 +197,23 @@ class ForceTable:
         action = "Look whether it is this sensor, read without contact, with leads as stated (--parasitic)"
         return Reason("tare", "amber", finding, action)
 
+    def reading_doubt(self, capacitance: float, tare: float) -> Reason | None:
+        """Why a reading tells no force, or none but that it is at least so large.
+
+        Parameters
+        ----------
+        capacitance, tare : [F], c and c0.
+        """
+        read, status = f"{capacitance * 1e12:.4g} pF", Status(int(self.force_at(capacitance, tare).status))
+        if status == Status.BELOW_REST:
+            finding = f"{self.name}: {read} is farther below rest than noise explains, and means no force"
+            return Reason("reading", "amber", finding, "Tare it again without contact, and look whether it has drifted")
+        if status == Status.BEYOND_RANGE:
+            most = tare * (1 + float(self.ratio[-1])) * 1e12
+            finding = f"{self.name}: {read} is beyond its table, which ends at {most:.4g} pF: the force may be any larger one"
+            return Reason("reading", "amber", finding, "Check its unit; keep the gripper below, or ask for more (--force)")
+        return None
+
     def to_dataframe(self) -> pd.DataFrame:
         """The table to plot or to save: columns ratio, force_N, lower_N, upper_N, sigma_N."""
         import pandas as pd

@@ -135,7 +135,7 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
         template,
         name,
         template.indenter_radius,
-        force_reached(known, template),
+        min(force_reached(known, template), cell),
         "capacitance" in template.channels,
         padding,
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from contextlib import suppress
 from pathlib import Path
 
 from calib.checks import Verdict
@@ -85,14 +84,13 @@ def force_tables(run: Run, gripper: Gripper, *, seed: int = 1, so: str = "nothin
     NotUsableError
         If the verdict on the calibration is red.
     InputError
-        If the model is not the one of the calibration, or as `calib.decision.invert` says.
+        If the model is not the one of the calibration, the recommendation is not as it was written, or as
+        `calib.decision.invert` says.
     """
     require_own_forward(run)
     if run.verdict.colour == "red":
         raise NotUsableError(run.folder, run.verdict, so)
-    recommendation = None
-    with suppress(InputError):  # `calib verify` says what is wrong with it
-        recommendation = load_recommendation(run.folder)
+    recommendation = load_recommendation(run.folder)
     return invert(
         run.posterior,
         run.forward,

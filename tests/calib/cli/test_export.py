@@ -244,6 +244,22 @@ def test_readings_of_which_no_force_is_known_say_so(runs: Path) -> None:
     assert "no contact that noise would not explain as well; at most" in said
     assert "and how much more is not known: the table ends at" in said
     assert "nothing, as it is farther below rest than noise explains" in said
+    assert "Amber: the forces" in said
+    assert said.count("amber, reading: Sensor 1: ") == 2
+    code, said = _force(runs / "good", readings[0], "--tare", f"{tare} pF", "--sensor", "sensor 1")
+    assert "amber, reading" not in said  # no contact is an answer
+
+
+def test_a_recommendation_that_is_not_as_it_was_written_tells_no_force_to_export_for(advised: Path, tmp_path: Path) -> None:
+    run = tmp_path / "damaged"
+    shutil.copytree(advised, run)
+    path = run / "recommendation.json"
+    path.write_text(path.read_text(encoding="utf-8")[:-300], encoding="utf-8")
+    for words in (("export", run, "-o", tmp_path / "gripper"), ("force", run, "98 pF", "--tare", "97 pF")):
+        result = _run(*words, "--padding", "3 mm", "--draws", 100)
+        assert (result.exit_code, "recommendation.json" in _said(result)) == (2, True), _said(result)
+        assert "run `calib recommend` again" in _said(result)
+    assert not (tmp_path / "gripper").exists()
 
 
 def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path) -> None:
@@ -252,7 +268,7 @@ def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path)
     assert "amber, tare: Sensor 1: a tare of 120 pF is not what is to be expected of it" in said
     low, high = (float(x) for x in re.findall(r"sensor [12], (?:about )?([0-9.]+)", _force(runs / "good", "100 pF")[1]))
     assert abs(high / low - 1) > 0.02
-    code, said = _force(runs / "good", f"{1.01 * low} pF", "--tare", f"{low} pF")
+    code, said = _force(runs / "good", f"{1.002 * low} pF", "--tare", f"{low} pF")
     assert code == 0, said
     assert f"sensor 2: left out, a tare of {low:.4g} pF is not what is to be expected of it" in said
     assert "Green: the forces can be used." in said

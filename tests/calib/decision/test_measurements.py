@@ -17,7 +17,7 @@ from calib.decision.candidate import Candidate
 from calib.decision.candidates import candidates_of
 from calib.decision.extrapolation import Aim
 from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
-from calib.decision.known import Known
+from calib.decision.known import Known, force_reached
 from calib.decision.measurements import next_measurements
 from calib.decision.padding import recommend
 from calib.decision.ranking import NextMeasurements, next_from_json, next_to_json
@@ -276,6 +276,18 @@ def test_a_bench_says_what_can_be_measured_and_how_long_that_takes(look: Look) -
     assert not {"ball", "padding", "specimen", "force"} & set(kinds)
     assert kinds["repeat"].minutes == 1.0
     assert any("20 N" in said for said in found.rests_on)
+
+
+def test_no_press_goes_beyond_the_load_cell_also_where_it_bears_less_than_was_measured(look: Look) -> None:
+    known = _known(look)
+    cell = 0.6 * max(force_reached(known, sweep) for sweep in known.problem.sweeps)
+    some = {}
+    for bench in (Bench(load_cell=cell), Bench(load_cell=2 * cell)):
+        presses = [c for c in candidates_of(known, bench)[0] if c.problem is not None]
+        assert {"repeat", "specimen", "padding", "ball"} <= {c.kind for c in presses}
+        assert all(c.press is not None and c.press.force <= bench.load_cell * 1.001 for c in presses if bench.load_cell)
+        some[bench.load_cell] = {c.alike for c in presses}
+    assert some[cell] <= some[2 * cell]  # a better cell takes no measurement away
 
 
 @pytest.mark.parametrize("name", [r"a $x^$ b $\frac{$", "{force:.2g} {0} {}"])
