@@ -22,7 +22,7 @@ def open_models_of(posterior: Posterior) -> tuple[str, ...]:
 
 
 def conditions_of(
-    parts: Sequence[ModelDraws], thickest: float, *, electrode_chosen: bool = False, material: str = ""
+    parts: Sequence[ModelDraws], thickest: float, balls: Sequence[float], *, electrode_chosen: bool = False, material: str = ""
 ) -> tuple[str, ...]:
     """What an answer holds for: what all models take for granted, and in what they differ.
 
@@ -30,6 +30,7 @@ def conditions_of(
     ----------
     parts : draws of each model.
     thickest : [m], padding that the answer is for.
+    balls : [m], radii of the smallest and the largest ball that it is for, or of the one.
     electrode_chosen : whether the electrode is one of the things that were chosen.
     material : that was chosen for the padding; "" for that of the calibration.
     """
@@ -40,7 +41,7 @@ def conditions_of(
             f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
         )
     rough = [caution(part.member.forward, with_padding(part.base, thickest)) for part in parts]
-    ball = f"ball radius {float(np.asarray(parts[0].base.indenter.radius)[0]) * 1e3:.3g} mm"
+    ball = f"ball radius {' to '.join(f'{radius * 1e3:.3g}' for radius in balls)} mm"
     choices = [_choices(part.member.posterior.experiment) for part in parts]
     other = "" if electrode_chosen else ": another electrode needs its own recommendation"
     base, contact, padding = (" or ".join(dict.fromkeys(words)) for words in zip(*choices, strict=True))

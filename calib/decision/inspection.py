@@ -28,7 +28,6 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.as_built import AsBuilt, as_built, signal_as_built
-from calib.decision.choices import balls_of, coordinates_of
 from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
 from calib.errors import Fault, InputError
 from calib.experiment import (
@@ -448,22 +447,20 @@ def hardly_foretold(strangers: Sequence[Stranger]) -> tuple[str, float]:
 
 def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int) -> Iterator[Reason]:
     """What of the specification this specimen was not measured at."""
-    draws = posterior.draws.shape[0] * posterior.draws.shape[1]
-    z = coordinates_of(s, draws, np.random.default_rng(seed))
     middle = {p.name: np.array([posterior.diagnostics.parameters[p.name].median]) for p in posterior.parameters}
     middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
     design = specimen_design(posterior, middle, posterior.experiment.specimens[0].name, posterior.sweeps[0].name)
-    radii = [float(np.median(ball)) for ball in balls_of(s, design, z)]
-    known = posterior.experiment.indenter_radius
-    radius = max(radii, key=lambda r: abs(math.log(r / known)))
+    radii = s.outermost_balls or (float(np.asarray(design.indenter.radius).flat[0]),)
     _, stroke = signal_as_built(posterior, forward, s.largest_force, seed=seed)
     depth = float(np.nanmedian(stroke)) if np.any(np.isfinite(stroke)) else 0.0
     padding = float(np.asarray(design.padding.thickness).flat[0])
-    pressed = replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius])))
-    covered = Covered(float(np.nan_to_num(predict_design(forward, pressed, np.array([s.largest_force])).reach[0])))
-    aim = Aim(s.largest_force, padding, depth, radius)
+    pressed = [replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius]))) for radius in radii]
+    reaches = [predict_design(forward, one, np.array([s.largest_force])).reach[0] for one in pressed]
+    covered = Covered(float(np.min(np.nan_to_num(reaches))))
+    aim = Aim(s.largest_force, padding, depth, radii)
     for reason in beyond_the_measured(posterior, aim, covered, "the specification asks for"):
-        action = f"Press specimens up to {s.largest_force:g} N with that ball"
+        under = "that ball" if len(radii) == 1 else "these balls"
+        action = f"Press specimens up to {s.largest_force:g} N with {under}"
         yield replace(reason, action=action) if covered.confirms(aim.force) else reason
 
 

@@ -120,7 +120,7 @@ def recommend(
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
     interval = _run(grid, np.nan_to_num(probability, nan=0.0) >= INTERVAL_PROBABILITY, pick)
-    aim = Aim(requirement.force, float(grid[pick]), depth, radius, places_of_thickness(interval))
+    aim = Aim(requirement.force, float(grid[pick]), depth, (radius,), places_of_thickness(interval))
     to_press = float(np.interp(pad_to_press(aim), grid, reach))
     beyond = beyond_the_measured(known_best, aim, Covered(to_press, spans_in_words(grid, covered)))
     unknown = beyond_the_covered(grid, covered, probability, requirement.force, float(np.min(reach)))
@@ -146,7 +146,7 @@ def recommend(
         present_change=band(now.change + now.sd * smooth),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=conditions_of(parts, float(np.max(grid[covered]))),
+        conditions=conditions_of(parts, float(np.max(grid[covered])), (radius,)),
         open_models=open_models,
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
         verdict=verdict_of([*known.reasons, *beyond, *unknown]),

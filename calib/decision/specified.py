@@ -19,7 +19,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.causes import causes
-from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
+from calib.decision.choices import Coordinates, choices_of, coordinates_of, require_spread_once
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
@@ -31,8 +31,10 @@ from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
 from calib.decision.words import EXTRAPOLATION, sensor_in_words, spans_in_words
+from calib.digits import span_text
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
+from calib.priors import Prior
 from calib.sampling import Posterior
 from models.response import Forward
 from models.sensor import FloatArray
@@ -41,6 +43,8 @@ from models.sensor import FloatArray
 _SCATTER, _ERRORS = 5, 6
 # Of fewer draws a model of an average is not said to have a best thickness of its own; fewer altogether are no answer.
 _FEW, _FEWEST = 20, 50
+# Share of loads that have a distribution that is told.
+_MOST_OF_THEM = 0.9
 # Draws for the padding of the largest signal.
 _SIGNAL_DRAWS = 400
 
@@ -157,7 +161,7 @@ def answer(
     best = order[0]
     needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
-    aim = _aim(models, specification, best, z)
+    aim = _aim(specification, best)
     beyond = [*_beyond(models, aim, best, grid), *_unmet(best.built, specification)]
     conformity = Conformity(
         specification=specification,
@@ -330,19 +334,16 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
 # --- what it holds for --------------------------------------------------------------------------------------------------
 
 
-def _aim(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Aim:
-    """What the advice is for, under the ball that is farthest from that of the calibration."""
-    base = best.designs[0]
-    radii = np.concatenate(
-        [
-            np.atleast_1d(np.median(ball))
-            for ball in balls_of(s, base, {k: v[: np.size(base.sensor.thickness)] for k, v in z.items()})
-        ]
-    )
-    known = heaviest(models).posterior.experiment.indenter_radius
-    radius = float(radii[np.argmax(np.abs(np.log(radii / known)))])
-    stroke = best.built.stroke[2, best.at]
-    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
+def _aim(s: Specification, best: Tried) -> Aim:
+    """What the advice is for: of loads and balls that have a distribution, at its ends."""
+    scatters = isinstance(s.force, Prior) or isinstance(s.ball, Prior)
+    stroke = best.built.stroke[4 if scatters else 2, best.at]
+    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), _balls(best, s))
+
+
+def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
+    """Radii [m] of the smallest and the largest ball that press, or of the one."""
+    return s.outermost_balls or (float(np.median(np.asarray(best.designs[0].indenter.radius))),)
 
 
 def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -> Iterator[Reason]:
@@ -383,9 +384,17 @@ def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid
     found = conditions_of(
         shown,
         float(np.max(grid[best.built.covered])),
+        _balls(best, s),
         electrode_chosen=chosen.electrode_radius is not None,
         material="" if chosen.material is None else chosen.material.name,
     )
-    if isinstance(s.force, tuple) and len(s.force) > 1:
+    if isinstance(s.force, Prior):
+        found = (*found, f"loads as they are distributed: nine in ten from {span_text(*s.force.interval(_MOST_OF_THEM))} N")
+    elif len(s.force) > 1:
         found = (*found, f"loads of {', '.join(f'{f:g}' for f in s.force)} N, at each of which the limits were looked at")
+    if isinstance(s.ball, Prior):
+        found = (*found, "balls as they are distributed, nine in ten of them between these radii")
+    elif s.ball is not None and len(s.ball) > 1:
+        radii = ", ".join(f"{radius * 1e3:.4g}" for radius in sorted(s.ball))
+        found = (*found, f"balls of {radii} mm radius, under each of which the limits were looked at")
     return found

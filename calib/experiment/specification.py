@@ -186,6 +186,20 @@ class Specification:
         """The largest load [N]; of a distribution its 95 % quantile."""
         return float(self.force.ppf_normal(1.645)) if isinstance(self.force, Prior) else max(self.force)
 
+    @property
+    def outermost_balls(self) -> tuple[float, ...]:
+        """Radii [m] of the smallest and the largest ball, or of the one; of a distribution its 5 % and 95 % quantiles.
+
+        Empty for the ball of the calibration.
+        """
+        if self.ball is None:
+            return ()
+        radii = self.ball
+        if isinstance(radii, Prior):
+            ends = radii.ppf_normal(np.array([-1.645, 1.645]))
+            radii = tuple(float(end) for end in (1 / ends if self.by_curvature else ends))
+        return tuple(sorted({min(radii), max(radii)}))
+
     def to_plain(self) -> dict[str, Any]:
         """What files hold of it; the inverse is `specification_from_plain`."""
         plain = {f.name: getattr(self, f.name) for f in fields(self)}

@@ -371,7 +371,7 @@ def test_the_press_that_an_advice_beyond_the_data_asks_for_is_among_the_measurem
 
 def test_a_calibration_with_that_press_is_green_on_extrapolation(look: Look, farther: NextMeasurements) -> None:
     posterior, known = _posterior(look), _known(look)
-    aim = Aim(6.0, recommend(posterior, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).best, 0.0, 5e-3)
+    aim = Aim(6.0, recommend(posterior, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).best, 0.0, (5e-3,))
     what = next(one.what for one in farther.ranked if farther.confirms(one))
     problem = next(c.problem for c in candidates_of(known, Bench(), aim)[0] if c.what == what)
     assert problem is not None

@@ -275,6 +275,26 @@ def test_balls_beyond_the_models_range_are_refused_with_it(make_posterior: MakeP
         conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
 
 
+@pytest.mark.parametrize(
+    ("ball", "told"),
+    [
+        ({"ball": Uniform(100.0, 300.0), "by_curvature": True}, "balls of 3.45 and 9.09 mm radius (measured with 5 mm)"),
+        ({"ball": Uniform(4.8e-3, 8e-3)}, "a ball of 7.84 mm radius (measured with 5 mm)"),
+        ({"ball": (3e-3, 5e-3, 9e-3)}, "balls of 3 and 9 mm radius (measured with 5 mm)"),
+        ({"ball": Uniform(190.0, 210.0), "by_curvature": True}, ""),
+        ({"ball": (4.8e-3, 5.2e-3)}, ""),
+    ],
+)
+def test_balls_are_held_against_those_measured_by_their_ends(
+    make_posterior: MakePosterior, ball: dict[str, Any], told: str
+) -> None:
+    c = _conform(make_posterior(), Limit("signal", "at_least", 0.01), lower=1e-3, upper=1.2e-3, force=(1.0,), **ball)
+    found = [reason.finding for reason in c.verdict.reasons if "mm radius" in reason.finding]
+    assert [told in finding for finding in found] == ([True] if told else [])
+    smallest, largest = c.specification.outermost_balls
+    assert f"ball radius {smallest * 1e3:.3g} to {largest * 1e3:.3g} mm, pressed without friction" in c.conditions
+
+
 # --- the model between knots --------------------------------------------------------------------------------------------
 
 
