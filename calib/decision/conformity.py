@@ -12,8 +12,8 @@ from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
-from calib.decision.guard_band import Drawing, inwards, nominals, step_of
-from calib.decision.words import EXTRAPOLATION, PROVISO, percent, void_in_words
+from calib.decision.guard_band import Drawing, crossings, inwards, nominals, step_of
+from calib.decision.words import EXTRAPOLATION, PROVISO, TOLERANCE_KEY, percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
@@ -34,6 +34,7 @@ class Built:
     ----------
     name : what is chosen beside the thickness of the padding.
     left_out : why no model serves it; "" if one does. Then all else is nan.
+    not_judged : which nominal thicknesses the model does not cover, and why; "" where it covers all.
     covered : whether it is known at this thickness.
     probability : [1], of conforming, of pads made to this nominal thickness.
     error : [1], Monte Carlo standard error of that.
@@ -46,14 +47,15 @@ class Built:
     regret : [1], by how much less a draw would fall short on the padding that is best for it, in the mean.
     avoidable : [1], share of draws that fail here, and would conform on another padding.
     signal, stroke : [1], [m], (5, n_thickness), quantiles 5, 25, 50, 75, 95 % at the largest load under the first ball.
-    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that of the least expected
-        shortfall; nan if left out.
+    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that in the middle of what its own
+        drawing accepts; where there is none, that of the least expected shortfall; nan if left out.
     best_probability, best_error : [1], there.
     interval : [m], thicknesses about `best` whose pads, made to them, conform with the probability asked for; None for none.
     """
 
     name: str
     left_out: str
+    not_judged: str
     covered: BoolArray
     probability: FloatArray
     error: FloatArray
@@ -175,6 +177,18 @@ class Conformity:
         return bool(p.size and np.min(p) >= self.specification.probability)
 
     @property
+    def _kind(self) -> str:
+        return "" if self.specification.padding_tolerance is None else "nominal "
+
+    @property
+    def exact_that_conform(self) -> tuple[float, float] | None:
+        """Pads [m] of the advised sensor that conform if they have exactly this thickness; None for none."""
+        exact = self.best.exact
+        if not np.any(np.isfinite(exact)):
+            return None
+        return crossings(self.thickness, exact, self.specification.probability, int(np.nanargmax(exact)))
+
+    @property
     def front(self) -> tuple[tuple[int, int], ...]:
         """Which sensor and which thickness no other beats in both signal and stroke, by their medians, the softest last."""
         places = [(i, k) for i, b in enumerate(self.built) for k in np.flatnonzero(b.covered & np.isfinite(b.signal[2]))]
@@ -244,9 +258,14 @@ class Conformity:
             )
         else:
             lines.append(
-                f"The specification is not met: no thickness conforms with {wanted}. The best is "
+                f"The specification is not met: no {self._kind}thickness conforms with {wanted}. The best is "
                 f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}."
             )
+            if (exact := self.exact_that_conform) is not None and s.padding_tolerance is not None:
+                lines.append(
+                    f"Pads of exactly {self._span(exact)} would conform: what stands in the way is how pads are made, with "
+                    f"{s.padding_tolerance.in_words} ({TOLERANCE_KEY})."
+                )
         if self.close_call:
             lines.append(f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws).")
         return lines
@@ -271,7 +290,7 @@ class Conformity:
                 f"With a drawing of its own, any nominal thickness from {self._span(b.interval)} would do: pads made to it "
                 f"conform with at least {wanted}."
             )
-        lines += [self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
+        lines += [self._not_judged_in_words, self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
         if not self.met or b.avoidable[k] >= 0.005:
             lines.append(
                 f"On another padding {percent(b.avoidable[k])} of the draws would conform that fail on this one; the expected "
@@ -307,9 +326,12 @@ class Conformity:
         nominal, low, high = (x * 1e3 for x in d.limits)
         step = step_of(d.accepted)
         places = _places(step)
+        which = "For the drawing"
+        if not d.accepts_nominal:
+            which = f"For a drawing, which does not accept the {d.nominal * 1e3:.{places}f} mm that conform best"
         guard = f"guard bands of {d.guard_band * 1e3:.3g} mm included" if d.guard_band > 0 else "no gauge given: no guard band"
         text = (
-            f"For the drawing: {nominal:.{places}f} mm +{high - nominal:.{places}f}/-{nominal - low:.{places}f}. That is what "
+            f"{which}: {nominal:.{places}f} mm +{high - nominal:.{places}f}/-{nominal - low:.{places}f}. That is what "
             f"to accept: readings from {low:.{places}f} to {high:.{places}f} mm ({guard}; rounded inwards to {step * 1e3:g} mm)"
         )
         ends = [word for word, there in (("thinner", d.open_below), ("thicker", d.open_above)) if there]
@@ -338,10 +360,18 @@ class Conformity:
         found = nominals(d.limits[1:], errors, s.gauge, s.probability)
         if found is None:
             return []
-        return [
-            f"The named one is not the only one: the drawing accepts pads made to any nominal thickness from "
-            f"{self._span(found)}, at least {100 * s.probability:g} % of them."
-        ]
+        told = (
+            f"the drawing accepts pads made to any nominal thickness from {self._span(found)}, at least "
+            f"{100 * s.probability:g} % of them."
+        )
+        one_of_them = found[0] <= d.nominal <= found[1]
+        return [f"The named one is not the only one: {told}" if one_of_them else f"{told[0].upper()}{told[1:]}"]
+
+    @property
+    def _not_judged_in_words(self) -> str:
+        """Nominal thicknesses of which nothing is known, and why."""
+        why = self.best.not_judged
+        return f"Not all thicknesses that were asked for are judged: {why}." if why else ""
 
     def _binding_in_words(self, k: int) -> str:
         b = self.best

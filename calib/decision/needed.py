@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from calib.decision.conformity import Needed
-from calib.decision.guard_band import Drawing, crossings, guarded, risks
+from calib.decision.guard_band import Drawing, crossings, inspected, risks
 from calib.decision.trials import Tried
 from calib.experiment import Specification
 from models.sensor import FloatArray
@@ -67,25 +67,23 @@ def drawing_of(best: Tried, grid: FloatArray, s: Specification) -> Drawing | Non
     tolerance = crossings(grid, best.built.exact, s.probability, best.at)
     if tolerance is None or best.built.best_probability < s.probability:
         return None
-    covered = grid[best.built.covered]
-    open_below = tolerance[0] <= covered[0] and covered[0] > 0
-    open_above = tolerance[1] >= covered[-1]
-    # There is no padding thinner than none: a tolerance that begins there needs no guard.
-    accepted, w = guarded((tolerance[0] if tolerance[0] > 0 else -math.inf, tolerance[1]), s.gauge, s.guard_band)
-    shown = None if accepted is None else (max(accepted[0], 0.0), accepted[1])
-    nan = math.nan
+    known = grid[np.isfinite(best.built.exact)]
+    open_below = tolerance[0] <= known[0] and known[0] > 0
+    open_above = tolerance[1] >= known[-1]
+    accepted, w = inspected(tolerance, s.gauge, s.guard_band)
+    nominal, nan = float(grid[best.at]), math.nan
     if s.padding_tolerance is None:
-        return Drawing(float(grid[best.at]), tolerance, shown, w, open_below, open_above, nan, nan, nan, nan)
-    made = grid[best.at] + s.padding_tolerance.offset(ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD))
-    exact = best.built.exact[best.built.covered]
-    # What is not covered is not known to conform; beyond what was asked for it is taken to be as at the end.
-    first, last = (float(exact[k]) if best.built.covered[k] else 0.0 for k in (0, -1))
-    found = risks(made, np.interp(made, covered, exact, first, last), accepted, s.gauge)
+        return Drawing(nominal, tolerance, accepted, w, open_below, open_above, nan, nan, nan, nan)
+    z = ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD)
+    made = s.padding_tolerance.pads(nominal, z) if nominal > 0 else np.zeros(_N_PAD)
+    # Where the range begins at no padding no reading is too small.
+    within = None if accepted is None else (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
+    found = risks(made, np.interp(made, best.pads, best.pads_conform), within, s.gauge)
     delivered = found.consumers / found.accepted if found.accepted > 0 else nan
     return Drawing(
-        float(grid[best.at]),
+        nominal,
         tolerance,
-        shown,
+        accepted,
         w,
         open_below,
         open_above,

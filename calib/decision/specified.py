@@ -23,6 +23,7 @@ from calib.decision.choices import Coordinates, choices_of, coordinates_of, requ
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
+from calib.decision.guard_band import Drawing
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
 from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
@@ -30,7 +31,7 @@ from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
-from calib.decision.words import EXTRAPOLATION, sensor_in_words, spans_in_words
+from calib.decision.words import EXTRAPOLATION, TOLERANCE_KEY, percent, sensor_in_words, spans_in_words
 from calib.digits import span_text
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
@@ -45,6 +46,8 @@ _SCATTER, _ERRORS = 5, 6
 _FEW, _FEWEST = 20, 50
 # Share of loads that have a distribution that is told.
 _MOST_OF_THEM = 0.9
+# Share of the pads that are made to a thickness of which the drawing accepts less is too few.
+_MANY = 0.5
 # Draws for the padding of the largest signal.
 _SIGNAL_DRAWS = 400
 
@@ -162,12 +165,17 @@ def answer(
     needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
     aim = _aim(specification, best)
-    beyond = [*_beyond(models, aim, best, grid), *_unmet(best.built, specification)]
+    drawing = drawing_of(best, grid, specification)
+    beyond = [
+        *_beyond(models, aim, best, grid),
+        *_unmet(best.built, specification),
+        *_not_drawn(best.built, drawing, specification),
+    ]
     conformity = Conformity(
         specification=specification,
         thickness=grid,
         built=(*(tried.built for tried in order), *unserved),
-        drawing=drawing_of(best, grid, specification),
+        drawing=drawing,
         needed=needed,
         all_needed=all_needed,
         causes=causes(_inputs(best, sensors.parts, z, errors), best.worst[:, best.at]),
@@ -328,6 +336,8 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
     """Why nothing of what is asked for can be told."""
     asked = f"padding from {s.lower * 1e3:.3g} to {s.upper * 1e3:.3g} mm"
     advice = "Ask for other thicknesses, balls or sensors, or calibrate with another model"
+    if s.padding_tolerance is not None and any(np.any(np.isfinite(b.exact)) for b in unserved):
+        advice = f"Give a smaller {TOLERANCE_KEY}, or leave it out: pads of exactly such a thickness are covered"
     return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in unserved]
 
 
@@ -374,8 +384,24 @@ def _column(posterior: Posterior, parameter: str) -> list[int]:
 def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
     if made.best_probability < s.probability:
         most = 100 * made.best_probability
-        finding = f"no thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
+        kind = "" if s.padding_tolerance is None else "nominal "
+        finding = f"no {kind}thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
         yield Reason("specification", "amber", finding, "Change what the advice names, or build and accept that share")
+
+
+def _not_drawn(made: Built, drawing: Drawing | None, s: Specification) -> Iterator[Reason]:
+    """That the drawing of what is advised accepts no pad that is made to it, or few."""
+    if made.best_probability < s.probability:
+        return
+    action = (
+        "Read pads better (gauge) or make them more exactly (tolerance), or ask for a range of padding about what is accepted"
+    )
+    if drawing is None or not drawing.accepts_nominal:
+        finding = f"no drawing accepts pads of the {made.best * 1e3:.2f} mm that conform best"
+        yield Reason("specification", "amber", finding, action)
+    elif drawing.accepted_share < _MANY:
+        told = f"of pads made to {made.best * 1e3:.2f} mm the drawing accepts {percent(drawing.accepted_share)}"
+        yield Reason("specification", "amber", told, action)
 
 
 def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid: FloatArray) -> tuple[str, ...]:

@@ -8,6 +8,9 @@ from calib.checks import Verdict
 from calib.digits import span_text
 from models.sensor import BoolArray, FloatArray
 
+#: Where a specification has how pads are made.
+TOLERANCE_KEY = "tolerance in [padding]"
+
 #: Gate of what goes beyond the data, and how an advice begins that does.
 EXTRAPOLATION = "extrapolation"
 PROVISO = "If the model holds beyond what was measured, "

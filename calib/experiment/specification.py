@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from calib.errors import Fault, InputError
 from calib.experiment.toml_places import KeyPath
@@ -97,6 +97,19 @@ class Tolerance:
     def offset(self, z: FloatArray) -> FloatArray:
         """How far off [m] what is built is at standard-normal coordinates, any shape."""
         return np.asarray(self.size * (z if self.kind == "normal" else 2 * ndtr(z) - 1), dtype=float)
+
+    def pads(self, nominal: float, z: FloatArray) -> FloatArray:
+        """Thicknesses [m] of pads that are made to a nominal one [m], at standard-normal coordinates, any shape.
+
+        The distribution is cut off at zero, as no pad is thinner than nothing: what is left of it is what there is.
+
+        >>> bool(np.min(Tolerance("normal", 0.1e-3).pads(0.05e-3, np.array([-4.0, 0.0, 4.0]))) > 0)
+        True
+        """
+        if self.kind == "uniform":
+            low, high = max(nominal - self.size, 0.0), nominal + self.size
+            return np.asarray(low + (high - low) * ndtr(z), dtype=float)
+        return np.maximum(nominal - self.size * ndtri(ndtr(-z) * ndtr(nominal / self.size)), 0.0)
 
     @property
     def in_words(self) -> str:

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
+from scipy.stats import truncnorm
 
 from calib.checks import Verdict, members_or
 from calib.decision.causes import causes, first_order
 from calib.decision.choices import PaddingChoice
 from calib.decision.conformity import Conformity
-from calib.decision.guard_band import Drawing, crossings, guarded, inwards, risks, step_of
+from calib.decision.guard_band import Drawing, crossings, guarded, inspected, inwards, risks, step_of
 from calib.decision.performance import ElectrodeGroup, pressed
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.sensors import sensors_of
@@ -130,7 +132,72 @@ def test_no_pad_is_made_thinner_than_nothing(posterior: Posterior) -> None:
     c = _conform(
         posterior, Limit("height", "at_most", 9e-3), padding_tolerance=Tolerance("uniform", 0.8e-3), lower=0.0, steps=11
     )
-    assert c.best.covered.tolist() == [True, False, *[True] * 9]
+    assert c.best.covered.all()
+    made = Tolerance("uniform", 0.8e-3).pads(0.5e-3, np.linspace(-5, 5, 1001))
+    assert (made[0], made[-1]) == pytest.approx((0.0, 1.3e-3), abs=1e-8)
+    cut = Tolerance("normal", 0.8e-3).pads(0.5e-3, ndtri((np.arange(100_000) + 0.5) / 100_000))
+    assert np.all(cut > 0)
+    # Another implementation: what scipy has of it.
+    assert np.mean(cut) == pytest.approx(truncnorm(-0.5 / 0.8, np.inf, 0.5e-3, 0.8e-3).mean(), rel=1e-4)
+
+
+def test_thin_pads_are_judged_and_risks_are_those_of_all_that_are_made(posterior: Posterior) -> None:
+    # Pads of up to 1 mm conform, as sensors are 0.74 mm thick, and such a tolerance makes many thinner than three sd of it.
+    limit = Limit("height", "at_most", 1.77e-3)
+    given = Tolerance("normal", 0.4e-3)
+    c = _conform(posterior, limit, padding_tolerance=given, gauge=1e-5, lower=0.05e-3, upper=3e-3, steps=60, probability=0.9)
+    assert c.met
+    assert c.best.covered.all()
+    d = c.drawing
+    assert d is not None
+    assert d.accepted is not None
+    assert d.accepts_nominal
+    # Each pad that is made is accepted or not, and conforms or not.
+    made = given.pads(d.nominal, np.random.default_rng(1).standard_normal(400_000))
+    taken = (made >= d.accepted[0]) & (made <= d.accepted[1])
+    rejected_good = np.mean(~taken & (made < 1.03e-3))
+    assert d.accepted_share == pytest.approx(np.mean(taken), abs=0.01)
+    assert d.producers_risk == pytest.approx(rejected_good, abs=0.01)
+    # Without a tolerance the drawing is the same: it says which pads conform, however they are made.
+    alone = _conform(posterior, limit, gauge=1e-5, lower=0.05e-3, upper=3e-3, steps=60, probability=0.9).drawing
+    assert alone is not None
+    assert alone.accepted == pytest.approx(d.accepted, abs=0.02e-3)
+    # Where no nominal conforms, it is told that exact pads do.
+    loose = _conform(posterior, limit, padding_tolerance=Tolerance("normal", 3e-3), lower=0.2e-3, upper=3e-3, steps=57)
+    assert not loose.met
+    assert re.search(r"Pads of exactly 0\.20 to [0-9.]+ mm would conform: .* \(tolerance in \[padding\]\)", loose.in_words)
+
+
+def test_a_tolerance_at_no_padding_never_accepts_less_than_nothing(posterior: Posterior) -> None:
+    assert inspected((0.0, 0.0), 0.01e-3, 1.0)[0] is None
+    limit = Limit("height", "at_most", 0.79e-3)
+    c = _conform(posterior, limit, lower=0.0, upper=1.5e-3, steps=181, gauge=0.05e-3, probability=0.5)
+    assert c.drawing is not None
+    assert c.drawing.accepted is None
+    assert "in a range of -" not in c.in_words
+    assert "specification" in {reason.gate for reason in c.verdict.reasons}
+
+
+@pytest.mark.parametrize("gauge", [0.0, 0.02e-3])
+def test_what_is_advised_is_in_the_middle_of_what_its_drawing_accepts(posterior: Posterior, gauge: float) -> None:
+    # Everything conforms: the range that was asked for is what there is to be in the middle of.
+    tolerance = Tolerance("normal", 0.02e-3)
+    c = _conform(posterior, Limit("stroke", "at_most", 9e-3), padding_tolerance=tolerance, gauge=gauge, upper=1.2e-3, steps=181)
+    assert c.always
+    assert c.best.best == pytest.approx(1.1e-3)
+    assert c.drawing is not None
+    assert c.drawing.limits is not None
+    assert c.drawing.limits[0] == pytest.approx(1.1e-3)
+    assert c.drawing.accepted_share > 0.9
+
+
+def test_a_drawing_that_accepts_few_of_the_pads_that_are_made_is_amber(posterior: Posterior) -> None:
+    tolerance = Tolerance("normal", 0.5e-3)
+    c = _conform(posterior, Limit("stroke", "at_most", 9e-3), padding_tolerance=tolerance, upper=1.2e-3, steps=181)
+    assert c.drawing is not None
+    assert c.drawing.accepted_share < 0.3
+    (told,) = (reason.finding for reason in c.verdict.reasons if reason.gate == "specification")
+    assert told.startswith("of pads made to 1.10 mm the drawing accepts 1")
 
 
 def test_a_load_that_is_not_carried_is_a_failure_and_said_to_be_one(posterior: Posterior) -> None:
