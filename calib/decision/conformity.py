@@ -12,8 +12,9 @@ from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
+from calib.decision.enough_draws import left_open, left_open_in_words
 from calib.decision.guard_band import Drawing, crossings, inwards, nominals, step_of
-from calib.decision.words import EXTRAPOLATION, PROVISO, TOLERANCE_KEY, percent, void_in_words
+from calib.decision.words import EXTRAPOLATION, PROVISO, TOLERANCE_KEY, about, percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
@@ -168,7 +169,7 @@ class Conformity:
     @property
     def close_call(self) -> bool:
         """Whether so few draws leave it open whether the specification is met."""
-        return abs(self.best.best_probability - self.specification.probability) < 2 * self.best.best_error
+        return left_open(self.best.best_probability, self.specification.probability, self.best.best_error)
 
     @property
     def always(self) -> bool:
@@ -248,7 +249,7 @@ class Conformity:
         s, b = self.specification, self.best
         wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
-        p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
+        p = about(b.best_probability, b.best_error)
         lines = []
         beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
         if self.met:
@@ -257,17 +258,16 @@ class Conformity:
                 f"{build} {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."
             )
         else:
-            lines.append(
-                f"The specification is not met: no {self._kind}thickness conforms with {wanted}. The best is "
-                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}."
-            )
+            found = f"no {self._kind}thickness conforms with {wanted}"
+            found = f"not met: {found}" if not self.close_call else f"not shown to be met with {wanted}"
+            lines.append(f"The specification is {found}. The best is {b.best * 1e3:.2f} mm of padding{chosen}, with {p}.")
             if (exact := self.exact_that_conform) is not None and s.padding_tolerance is not None:
                 lines.append(
                     f"Pads of exactly {self._span(exact)} would conform: what stands in the way is how pads are made, with "
                     f"{s.padding_tolerance.in_words} ({TOLERANCE_KEY})."
                 )
         if self.close_call:
-            lines.append(f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws).")
+            lines.append(f"{self.n_draw} draws {left_open_in_words(p, s.probability)}.")
         return lines
 
     @property
@@ -281,11 +281,12 @@ class Conformity:
         s, b, k = self.specification, self.best, self.at_best
         wanted = f"{100 * s.probability:g} %"
         lines = self._lead
-        if self.met and self.always:
+        sure = self.met and not self.close_call  # nothing is said to conform with what the draws cannot tell
+        if sure and self.always:
             span = self._span((self.thickness[b.covered][0], self.thickness[b.covered][-1]))
             lines.append(f"So does every thickness from {span}: the specification does not choose.")
         lines += self._drawing_in_words
-        if self.met and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
+        if sure and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
             lines.append(
                 f"With a drawing of its own, any nominal thickness from {self._span(b.interval)} would do: pads made to it "
                 f"conform with at least {wanted}."
@@ -353,7 +354,7 @@ class Conformity:
     def _other_nominals_in_words(self) -> list[str]:
         """Which thicknesses beside the one that is advised pads may be made to and still be within the drawing."""
         d, s = self.drawing, self.specification
-        if d is None or d.limits is None:
+        if d is None or d.limits is None or self.close_call:
             return []
         share = (np.arange(_N_PAD) + 0.5) / _N_PAD
         errors = np.zeros(1) if s.padding_tolerance is None else s.padding_tolerance.offset(ndtri(share))
@@ -397,7 +398,7 @@ class Conformity:
                 return "" if self.met else "No change of limits meets it: too many draws do not carry the load. "
             return f"No limit alone would have to give way: all of them together, by {100 * self.all_needed:.2g} %. "
         if self.met:
-            if not self.always:
+            if not self.always or self.close_call:
                 return ""
             told = [_would(limits[n.limit], n.value) for n in self.needed]
             return f"It would still hold with one of: {'; '.join(told)}. "
@@ -416,7 +417,7 @@ class Conformity:
         plain["built"] = [{f.name: getattr(b, f.name) for f in fields(b)} for b in self.built]
         plain |= {name: [asdict(one) for one in plain[name]] for name in ("needed", "causes", "of_models")}
         plain["drawing"] = None if self.drawing is None else asdict(self.drawing)
-        return {"said": self.in_words, "met": self.met, **plain}
+        return {"said": self.in_words, "met": self.met, "left_open": self.close_call, **plain}
 
 
 _NUMBERS = (
@@ -464,10 +465,6 @@ def _with_numbers(plain: Mapping[str, Any], of: type[Drawing] | type[OfMember]) 
         value = plain[f.name]
         read[f.name] = tuple(value) if isinstance(value, list) else math.nan if value is None and f.type == "float" else value
     return read
-
-
-def _give_or_take(error: float) -> str:
-    return f" (± {100 * error:.1g} %)" if error >= 0.0005 else ""
 
 
 def _places(step: float) -> int:

@@ -28,7 +28,9 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.as_built import AsBuilt, as_built, signal_as_built
+from calib.decision.enough_draws import left_open, left_open_in_words, most_that_is_told
 from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
+from calib.decision.words import about
 from calib.errors import Fault, InputError
 from calib.experiment import (
     Experiment,
@@ -320,7 +322,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     if inspection.specification is not None:
         s = inspection.specification
         conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
-        beyond = list(_beyond(posterior, s, newcomer.forward, seed))
+        beyond = [*_beyond(posterior, s, newcomer.forward, seed), *_left_open(conformity, s, effective)]
     estimates = _estimates(found, newcomer.name)
     modulus = estimates.get("young_modulus")
     drifts = [] if modulus is None else list(drift_by_share(sweeps, FirstEstimate(*modulus[:2])))
@@ -443,6 +445,19 @@ def hardly_foretold(strangers: Sequence[Stranger]) -> tuple[str, float]:
     """
     known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
     return max(known.items(), key=lambda one: one[1], default=("", 0.0))
+
+
+def _left_open(found: AsBuilt, s: Specification, effective: float) -> Iterator[Reason]:
+    """That its draws do not tell whether it conforms with the probability that is asked for."""
+    if left_open(found.probability, s.probability, found.error):
+        finding = (
+            f"{effective:.0f} independent draws {left_open_in_words(about(found.probability, found.error), s.probability)}"
+        )
+        most = math.floor(1e4 * most_that_is_told(effective)) / 100
+        action = "Measure it better, or ask for a lower probability"
+        if s.probability * 100 > most:
+            action = f"Ask for {most:g} % at most, which so many draws can tell, or calibrate it together with the lot"
+        yield Reason("specification", "amber", finding, action)
 
 
 def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int) -> Iterator[Reason]:

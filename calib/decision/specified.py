@@ -22,6 +22,7 @@ from calib.decision.causes import causes
 from calib.decision.choices import Coordinates, choices_of, coordinates_of, require_spread_once
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
+from calib.decision.enough_draws import left_open, left_open_in_words, what_would_tell
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
 from calib.decision.guard_band import Drawing
 from calib.decision.needed import drawing_of, needed_for
@@ -31,7 +32,7 @@ from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
-from calib.decision.words import EXTRAPOLATION, TOLERANCE_KEY, percent, sensor_in_words, spans_in_words
+from calib.decision.words import EXTRAPOLATION, TOLERANCE_KEY, about, percent, sensor_in_words, spans_in_words
 from calib.digits import span_text
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
@@ -142,6 +143,7 @@ def answer(
     errors = _errors(sensors, grid, n_draw, np.random.default_rng([seed, _ERRORS]))
     rows = _rows(sensors.parts)
     n_effective = _effective(posterior, n_draw)
+    n_all = posterior.draws.shape[0] * posterior.draws.shape[1]
     found: list[Tried] = []
     unserved: list[Built] = []
     for choices in choices_of(specification):
@@ -168,7 +170,7 @@ def answer(
     drawing = drawing_of(best, grid, specification)
     beyond = [
         *_beyond(models, aim, best, grid),
-        *_unmet(best.built, specification),
+        *_open_or_unmet(best.built, specification, n_draw, n_effective, _effective(posterior, n_all)),
         *_not_drawn(best.built, drawing, specification),
     ]
     conformity = Conformity(
@@ -381,8 +383,14 @@ def _column(posterior: Posterior, parameter: str) -> list[int]:
     return [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
 
 
-def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
-    if made.best_probability < s.probability:
+def _open_or_unmet(made: Built, s: Specification, n_draw: int, n_effective: int, of_all: int) -> Iterator[Reason]:
+    """That it is not met, or that the draws do not tell whether it is; `of_all`: what all draws of the posterior are worth."""
+    if left_open(made.best_probability, s.probability, made.best_error):
+        told = left_open_in_words(about(made.best_probability, made.best_error), s.probability)
+        worth = "" if n_effective == n_draw else f", worth {n_effective} independent ones,"
+        action = what_would_tell(made.best_probability, s.probability, of_all)
+        yield Reason("specification", "amber", f"{n_draw} draws{worth} {told}", action)
+    elif made.best_probability < s.probability:
         most = 100 * made.best_probability
         kind = "" if s.padding_tolerance is None else "nominal "
         finding = f"no {kind}thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"

@@ -12,6 +12,7 @@ from calib.checks import band
 from calib.decision.choices import PaddingChoice
 from calib.decision.conditions import COVERED_SHARE
 from calib.decision.conformity import Built
+from calib.decision.enough_draws import monte_carlo_error
 from calib.decision.guard_band import crossings, within_its_drawing
 from calib.decision.performance import ElectrodeGroup, Errors, made_within
 from calib.decision.sensors import with_padding
@@ -155,9 +156,7 @@ def _summary(
     margins, reach, worst = draws.margins, draws.reach, draws.worst
     conforms = worst >= 0
     probability = np.mean(conforms, axis=0) * known
-    # Agresti & Coull's standard error, which is not zero where all draws agree.
-    p = (np.mean(conforms, axis=0) * n_effective + 2) / (n_effective + 4)
-    error = np.sqrt(p * (1 - p) / (n_effective + 4)) * known
+    error = monte_carlo_error(np.mean(conforms, axis=0), n_effective) * known
     outside = np.isfinite(margins) & (margins < 0)
     kept = np.sum(outside, axis=2) == 1
     short = np.maximum(-worst, 0.0)

@@ -57,6 +57,16 @@ def percent(probability: float) -> str:
     return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
 
 
+def about(probability: float, error: float) -> str:
+    """Write a probability with its Monte Carlo error for people, such as "95 % (± 0.7 %)".
+
+    Parameters
+    ----------
+    probability, error : [1].
+    """
+    return f"{percent(probability)} (± {100 * error:.1g} %)" if error >= 0.0005 else percent(probability)
+
+
 def spans_in_words(thickness: FloatArray, chosen: BoolArray) -> str:
     """Thicknesses of a grid in words: from where to where, as often as they begin anew.
 
