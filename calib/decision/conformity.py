@@ -15,7 +15,7 @@ from calib.decision.causes import Cause
 from calib.decision.enough_draws import left_open, left_open_in_words
 from calib.decision.guard_band import Drawing, crossings, inwards, nominals, step_of
 from calib.decision.words import EXTRAPOLATION, PROVISO, TOLERANCE_KEY, about, percent, void_in_words
-from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
+from calib.experiment import LIMITED, Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -83,11 +83,13 @@ class Needed:
     ----------
     limit : index of it.
     value : [SI], that it would have to be.
+    error : [SI], Monte Carlo standard error of that.
     thickness : [m], of the padding, there.
     """
 
     limit: int
     value: float
+    error: float
     thickness: float
 
 
@@ -124,7 +126,8 @@ class Conformity:
     drawing : tolerance, guard band and risks of its pads; None where it does not conform with the probability asked for.
     needed : what each limit alone would have to be, the least change first; tighter than asked if the specification is met.
         Empty where no limit alone would do.
-    all_needed : [1], by which share all limits together would have to give way; negative if they could be tighter.
+    all_needed : [1], x by which all limits together would have to give way at the advised thickness: least values to 1 - x
+        and most values to 1 / (1 - x) of what was asked; negative if they could be tighter. Infinite where none would do.
     causes : what the doubt comes from, at the advised thickness.
     of_models : what each model of an average says by itself.
     open_models : models that the data do not rule out, in words.
@@ -394,15 +397,23 @@ class Conformity:
     def _needed_in_words(self) -> str:
         limits = self.specification.limits
         if not self.needed:
-            if self.met or not math.isfinite(self.all_needed):
-                return "" if self.met else "No change of limits meets it: too many draws do not carry the load. "
-            return f"No limit alone would have to give way: all of them together, by {100 * self.all_needed:.2g} %. "
+            if self.met:
+                return ""
+            there = f"on {self.best.best * 1e3:.2f} mm of padding"
+            if self.all_needed >= 1:
+                why = "" if math.isfinite(self.all_needed) else ": too many draws do not carry the load"
+                return f"No change of limits meets it {there}{why}. "
+            if len(limits) == 1:
+                return ""
+            factor = 1 / (1 - self.all_needed)
+            together = f"{there} all of them together would have to give way by a factor of {factor:.3g}"
+            return f"To change one limit alone would not do: {together}. "
         if self.met:
             if not self.always or self.close_call:
                 return ""
-            told = [_would(limits[n.limit], n.value) for n in self.needed]
+            told = [_would(limits[n.limit], n) for n in self.needed]
             return f"It would still hold with one of: {'; '.join(told)}. "
-        told = [f"{_would(limits[n.limit], n.value)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
+        told = [f"{_would(limits[n.limit], n)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
         return f"It would be met with {100 * self.specification.probability:g} %, if asked for {', or '.join(told)}. "
 
     @property
@@ -476,8 +487,10 @@ def _risk(share: float) -> str:
     return f"{100 * share:.2g} %" if share >= 0.001 else "below 0.1 %"
 
 
-def _would(limit: Limit, value: float) -> str:
+def _would(limit: Limit, needed: Needed) -> str:
     load = "" if limit.at is None else f" at {limit.at:.4g} N"
     name, side = limit.quantity.replace("_", " "), limit.side.replace("_", " ")
-    new, old = (limited_in_words(limit.quantity, v) for v in (value, limit.value))
-    return f"{name} {side} {new} instead of {old}{load}"
+    new, old = (limited_in_words(limit.quantity, v) for v in (needed.value, limit.value))
+    row = LIMITED[limit.quantity]
+    error = f" (± {needed.error * row.display_scale:.1g} {row.display_unit})" if needed.error > 0 else ""
+    return f"{name} {side} {new}{error} instead of {old}{load}"

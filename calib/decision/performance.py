@@ -49,8 +49,9 @@ class Performance:
 
     Attributes
     ----------
-    margins : (n_draw, n_limit), how far the worst load and ball are inside a limit, as a share of it; negative outside. Loads
-        that are not carried do not count here; inf where none is.
+    margins : (n_draw, n_limit), how far the worst load and ball are inside a limit, as a share of it; outside negative, and no
+        less than -1: v / l - 1 of a value v below the least l, l / v - 1 of one above the most. Loads that are not carried do
+        not count here; inf where none is.
     reach : (n_draw,), largest force that every ball is carried to inside the model's range, over the load wanted, less 1:
         negative where a load is not carried; -1 where the model does not cover the design.
     inside : (n_draw,), whether the model covers the design, with its electrodes.
@@ -159,8 +160,12 @@ class ElectrodeGroup:
         """The worst of all loads and balls, (n_draw,)."""
         if limit.at is not None:
             value = value[:, :, np.isclose(self.forces[0], limit.at, rtol=1e-9, atol=0)]
-        room = value / limit.value - 1
-        room = room if limit.side == "at_least" else -room
+        # What is missed is missed by less than a whole limit, by whatever factor: a load that is not carried is worse.
+        if limit.side == "at_least":
+            room = np.maximum(value / limit.value - 1, -1.0)
+        else:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                room = np.where(value > limit.value, limit.value / value - 1, 1 - value / limit.value)
         return np.asarray(np.min(np.where(np.isnan(room), np.inf, room), axis=(1, 2)))
 
 

@@ -164,7 +164,7 @@ def answer(
         raise InputError(_nothing(unserved, specification))
     order = sorted(found, key=lambda tried: (-tried.built.best_probability, tried.built.shortfall[tried.at]))
     best = order[0]
-    needed, all_needed = needed_for(best, grid, specification)
+    needed, all_needed = needed_for(best, grid, specification, n_effective)
     known = judge_posterior(posterior) if verdict is None else verdict
     aim = _aim(specification, best)
     drawing = drawing_of(best, grid, specification)

@@ -226,6 +226,9 @@ def test_padding_on_which_the_load_is_just_not_carried_is_no_way_out_of_a_signal
     assert c.best.best == pytest.approx(5e-3)
     assert c.best.shortfall[-1] == pytest.approx(1 - 0.03 / 0.05, rel=1e-3)
     assert c.best.shortfall[0] > 1
+    # Nor out of one that is missed by whatever factor.
+    hopeless = _conform(posterior, Limit("signal", "at_least", 0.9), Limit("stroke", "at_most", 1e-6), forward=Thin())
+    assert hopeless.best.not_carried[hopeless.at_best] == 0
     assert c.best.not_carried.tolist() == [1, 1, *[0] * 7]
 
 
@@ -247,12 +250,24 @@ def test_what_is_nearest_is_met_with_just_the_probability_that_was_asked_for(pos
     assert again.best.best_probability == pytest.approx(wanted, abs=2 / 900)
 
 
+@pytest.mark.parametrize("n_draw", [200, 900])
+def test_a_limit_that_would_be_met_is_told_with_what_the_draws_leave_open(posterior: Posterior, n_draw: int) -> None:
+    moduli = _moduli(posterior)
+    c = _conform(posterior, Limit("stroke", "at_most", 2e3 / float(np.median(moduli))), n_draw=n_draw)
+    (needed,) = c.needed
+    exact = 2e3 / float(np.quantile(moduli, 0.05))
+    assert 0 < needed.error < 0.1 * exact
+    assert abs(needed.value - exact) < 3 * needed.error
+    assert f"mm (± {needed.error * 1e3:.1g} mm) instead of" in c.in_words
+    assert c.to_plain()["needed"][0]["error"] == needed.error
+
+
 def test_where_no_limit_alone_would_do_all_together_are_named(posterior: Posterior) -> None:
     c = _conform(posterior, Limit("signal", "at_least", 0.035), Limit("stroke", "at_most", 3e-3))
     assert c.needed == ()
-    assert "No limit alone would have to give way: all of them together" in c.in_words
+    assert f"on {c.best.best * 1e3:.2f} mm of padding all of them together would have to give way by a factor of" in c.in_words
     for share, met in ((c.all_needed * (1 + 1e-9), True), (0.99 * c.all_needed, False)):
-        eased = [Limit("signal", "at_least", 0.035 * (1 - share)), Limit("stroke", "at_most", 3e-3 * (1 + share))]
+        eased = [Limit("signal", "at_least", 0.035 * (1 - share)), Limit("stroke", "at_most", 3e-3 / (1 - share))]
         assert _conform(posterior, *eased).met is met
 
 
