@@ -20,7 +20,7 @@ from calib.checks import (
 )
 from calib.decision.causes import causes
 from calib.decision.choices import Coordinates, choices_of, coordinates_of, require_spread_once
-from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
+from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of, require_within_range
 from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.enough_draws import left_open, left_open_in_words, what_would_tell
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
@@ -140,6 +140,7 @@ def answer(
     _require_noise(specification, sensors.parts)
     z = coordinates_of(specification, n_draw, np.random.default_rng([seed, _SCATTER]))
     grid = np.linspace(specification.lower, specification.upper, specification.steps)
+    require_within_range(sensors.parts[0], grid)
     errors = _errors(sensors, grid, n_draw, np.random.default_rng([seed, _ERRORS]))
     rows = _rows(sensors.parts)
     n_effective = _effective(posterior, n_draw)

@@ -21,6 +21,7 @@ from calib.decision.conformity import Conformity
 from calib.decision.guard_band import Drawing, crossings, guarded, inspected, inwards, risks, step_of
 from calib.decision.performance import ElectrodeGroup, pressed
 from calib.decision.record import recommendation_from_json, recommendation_to_json
+from calib.decision.requirement import Requirement
 from calib.decision.sensors import sensors_of
 from calib.decision.specified import conform, recommend_for
 from calib.errors import InputError
@@ -377,6 +378,40 @@ def test_balls_are_held_against_those_measured_by_their_ends(
     assert f"ball radius {smallest * 1e3:.3g} to {largest * 1e3:.3g} mm, pressed without friction" in c.conditions
 
 
+@pytest.mark.parametrize("upper", [9.0, 4.0])
+def test_a_range_far_beyond_the_model_is_refused_with_how_far_it_goes(make_posterior: MakePosterior, upper: float) -> None:
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), lower=0.5e-3, upper=upper, n_draw=60)
+    refused = r"goes beyond what the surrogate covers for this sensor, which is up to ([0-9.]+) mm"
+    with pytest.raises(InputError, match=refused) as raised:
+        conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    wanted = Requirement(1.0, 0.5e-3, upper, n_draw=60)
+    with pytest.raises(InputError, match=refused):
+        recommend_for(make_posterior(), load_surrogate(), wanted, seed=1)
+    found = re.search(refused, str(raised.value))
+    assert found is not None
+    within = replace(spec, upper=float(found[1]) * 1e-3, steps=21)
+    assert conform(make_posterior(), load_surrogate(), within, seed=1, verdict=Verdict()).best.covered.all()
+
+
+def test_thicknesses_that_the_model_does_not_cover_are_named_and_none_beyond_them_is_judged(
+    make_posterior: MakePosterior,
+) -> None:
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), lower=0.5e-3, upper=90e-3, steps=91, n_draw=60)
+    c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    covered = np.flatnonzero(c.best.covered)
+    assert covered.tolist() == list(range(covered.size))
+    assert 0 < covered.size < 45
+    assert "Not all thicknesses that were asked for are judged: the surrogate covers no padding of " in c.in_words
+    assert c.to_plain()["built"][0]["not_judged"] == c.best.not_judged
+
+
+def test_a_tolerance_by_which_no_nominal_thickness_can_be_judged_is_named(make_posterior: MakePosterior) -> None:
+    limits = (Limit("signal", "at_least", 0.01),)
+    spec = replace(_BASE, limits=limits, padding_tolerance=Tolerance("normal", 60e-3), n_draw=60)
+    with pytest.raises(InputError, match=r"of 60 mm \(tolerance in \[padding\]\): too many .* Give a smaller tolerance in"):
+        conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+
+
 # --- the model between knots --------------------------------------------------------------------------------------------
 
 
@@ -568,8 +603,6 @@ def test_json_round_trip_keeps_a_specification_and_its_answer(posterior: Posteri
 
 
 def test_a_recommendation_without_a_specification_has_none_in_its_file(posterior: Posterior) -> None:
-    from calib.decision.requirement import Requirement
-
     text = recommendation_to_json(recommend_for(posterior, ClosedForm(), Requirement(1.5, 0.0, 6e-3, n_draw=60), seed=1))
     assert "conformity" not in json.loads(text)
     assert recommendation_from_json(text).conformity is None
