@@ -359,9 +359,12 @@ class Conformity:
         d, s = self.drawing, self.specification
         if d is None or d.limits is None or self.close_call:
             return []
-        share = (np.arange(_N_PAD) + 0.5) / _N_PAD
-        errors = np.zeros(1) if s.padding_tolerance is None else s.padding_tolerance.offset(ndtri(share))
-        found = nominals(d.limits[1:], errors, s.gauge, s.probability)
+        z, tolerance = ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD), s.padding_tolerance
+
+        def made_to(nominal: float) -> FloatArray:
+            return np.array([nominal]) if tolerance is None or nominal == 0 else tolerance.pads(nominal, z)
+
+        found = nominals(d.limits[1:], made_to, s.gauge, s.probability)
         if found is None:
             return []
         told = (

@@ -13,6 +13,7 @@ r = 1 is the usual choice: where a reading stands at A_U, the pad is thicker tha
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -221,13 +222,15 @@ def acceptance(thickness: FloatArray, accepted: tuple[float, float], gauge: floa
     return np.asarray(ndtr((high - thickness) / gauge) - ndtr((low - thickness) / gauge))
 
 
-def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, share: float) -> tuple[float, float] | None:
+def nominals(
+    accepted: tuple[float, float], made_to: Callable[[float], FloatArray], gauge: float, share: float
+) -> tuple[float, float] | None:
     """Nominal thicknesses whose pads a drawing accepts: of those made to each at least a share is.
 
     Parameters
     ----------
     accepted : [m], A_L and A_U; where the first is none no pad is too thin.
-    offsets : [m], (n,), equally probable errors of pads about what they are made to; zeros if they are taken to have none.
+    made_to : nominal thickness [m] to equally probable thicknesses of pads that are made to it [m], (n,).
     gauge : [m], standard uncertainty of a reading.
     share : [1], that is to be accepted.
 
@@ -237,7 +240,7 @@ def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, s
 
     Examples
     --------
-    >>> first, last = nominals((4e-3, 5e-3), np.array([-0.1e-3, 0.0, 0.1e-3]), 0.0, 0.9)
+    >>> first, last = nominals((4e-3, 5e-3), lambda h: h + np.array([-0.1e-3, 0.0, 0.1e-3]), 0.0, 0.9)
     >>> f"{first * 1e3:.2f} to {last * 1e3:.2f} mm"
     '4.10 to 4.90 mm'
     """
@@ -246,7 +249,7 @@ def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, s
     ends = (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
     widened = (ends[0] - _ROUNDING, ends[1] + _ROUNDING)  # a pad that is a limit but for rounding errors is within it
     made = [n * step for n in range(low, high + 1)]
-    good = [h for h in made if np.mean(acceptance(h + offsets, widened, gauge)) >= share]
+    good = [h for h in made if np.mean(acceptance(made_to(h), widened, gauge)) >= share]
     return (good[0], good[-1]) if len(good) > 1 else None
 
 

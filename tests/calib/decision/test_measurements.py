@@ -528,6 +528,14 @@ def test_the_press_that_confirms_an_advice_is_first_of_those_that_tell_nothing_a
     assert found.in_short.first[0].brings.startswith("holds the model against data")
 
 
+def test_nothing_is_released_while_the_draws_leave_open_whether_it_conforms(look: Look) -> None:
+    asked = Specification((Limit("height", "at_most", 9e-3),), (3.0,), lower=1e-3, upper=1.2e-3, steps=9, probability=0.999999)
+    found = next_measurements(_posterior(look), ClosedForm(), asked, seed=1, verdict=GREEN)
+    assert "specification" in {reason.gate for reason in found.verdict.reasons}
+    assert re.search(r"not decided yet, as the verdict is amber \([a-z, ]*specification\)", found.in_words)
+    assert "released, as" not in found.in_words
+
+
 def test_where_all_hangs_on_what_scatters_no_measurement_is_worth_its_time(look: Look, strokes: FloatArray) -> None:
     found = replace(_for_specification(look, float(strokes[3]), modulus_spread=0.5), verdict=GREEN)
     assert found.deciding is not None
