@@ -75,9 +75,14 @@ class Tabulated:
         flat = around.reshape(n_draw, _ORDER, n_load * n_quantity)
         found = (_lagrange(x - start)[:, None] @ flat).reshape(n_draw, n_load, n_quantity)
         border = np.any(known, axis=1) & ~np.all(known, axis=1)
-        if not np.any(border):
+        # Where the model does not cover the design nothing is carried: a step that no polynomial goes through.
+        there = around[..., -1] > 0
+        step = ~np.all(there, axis=1)
+        if not np.any(border | step):
             return np.asarray(found)
         left, right = self.known[draw, cell], self.known[draw, cell + 1]
+        covered = (self.answers[draw, cell, :, -1] > 0).astype(int) + (self.answers[draw, cell + 1, :, -1] > 0)
+        found[..., -1] = np.where(step & (covered == 0), 0.0, found[..., -1])
         begin, end = self.first[draw, cell], self.last[draw, cell]
         whole = left & right & (end - begin + 1 >= _ORDER)
         d, b = np.nonzero(border & whole)
@@ -85,8 +90,8 @@ class Tabulated:
         values = self.answers[d[:, None], own[:, None] + np.arange(_ORDER), b[:, None]]
         found[d, b] = (_lagrange(x[d] - own)[:, None] @ values)[:, 0]
         # An interpolated reach tells where a load is far from being carried, if the model covers the design all around.
-        beyond = (found[:, :, -1] < _SURELY * self.wanted) & np.all(around[..., -1] > 0, axis=1)
-        asked = np.any(border & (left | right) & ~whole & ~beyond, axis=1)
+        beyond = (found[:, :, -1] < _SURELY * self.wanted) & ~step
+        asked = np.any((border & (left | right) & ~whole & ~beyond) | (step & (covered > 0) & ~whole), axis=1)
         if np.any(asked):
             found[asked] = self.ask(thickness[asked], asked)
         return np.asarray(found)

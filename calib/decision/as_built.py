@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.checks import Member
 from calib.decision.choices import coordinates_of
+from calib.decision.enough_draws import monte_carlo_error
 from calib.decision.performance import Errors, Refused, pressed_as_built
 from calib.decision.sensors import ModelDraws, NoiseDraws
 from calib.errors import Fault, InputError
@@ -82,12 +83,11 @@ def as_built(posterior: Posterior, forward: Forward, specification: Specificatio
     found = next(group.at(_nominal(part), _errors(n_draw, seed), 0))
     conforms = (found.reach >= 0) & np.all(found.margins >= 0, axis=1)
     probability = float(np.mean(conforms))
-    p = (probability * n_effective + 2) / (n_effective + 4)  # Agresti and Coull's
     accepted = probability >= specification.probability
     outside = np.isfinite(found.margins) & (found.margins < 0)
     return AsBuilt(
         probability,
-        math.sqrt(p * (1 - p) / (n_effective + 4)),
+        float(monte_carlo_error(probability, n_effective)),
         accepted,
         {limit.in_words: float(share) for limit, share in zip(specification.limits, np.mean(outside, axis=0), strict=True)},
         float(np.mean(found.reach < 0)),

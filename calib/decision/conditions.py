@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from calib.catalogue import display
 from calib.checks import RULED_OUT, departure_in_words
 from calib.decision.sensors import ModelDraws, with_padding
+from calib.digits import span_text
+from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.sampling import Posterior
 from models.analytic import caution
+from models.sensor import FloatArray
 
 #: A thickness is covered when at least this share of the draws stays inside the model's range.
 COVERED_SHARE = 0.95
+# Where the range of a model ends is told to within this share.
+_TO_WITHIN = 1e-3
 
 
 def open_models_of(posterior: Posterior) -> tuple[str, ...]:
@@ -22,7 +29,7 @@ def open_models_of(posterior: Posterior) -> tuple[str, ...]:
 
 
 def conditions_of(
-    parts: Sequence[ModelDraws], thickest: float, *, electrode_chosen: bool = False, material: str = ""
+    parts: Sequence[ModelDraws], thickest: float, balls: Sequence[float], *, electrode_chosen: bool = False, material: str = ""
 ) -> tuple[str, ...]:
     """What an answer holds for: what all models take for granted, and in what they differ.
 
@@ -30,6 +37,7 @@ def conditions_of(
     ----------
     parts : draws of each model.
     thickest : [m], padding that the answer is for.
+    balls : [m], radii of the smallest and the largest ball that it is for, or of the one.
     electrode_chosen : whether the electrode is one of the things that were chosen.
     material : that was chosen for the padding; "" for that of the calibration.
     """
@@ -40,7 +48,7 @@ def conditions_of(
             f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
         )
     rough = [caution(part.member.forward, with_padding(part.base, thickest)) for part in parts]
-    ball = f"ball radius {float(np.asarray(parts[0].base.indenter.radius)[0]) * 1e3:.3g} mm"
+    ball = f"ball radius {' to '.join(f'{radius * 1e3:.3g}' for radius in balls)} mm"
     choices = [_choices(part.member.posterior.experiment) for part in parts]
     other = "" if electrode_chosen else ": another electrode needs its own recommendation"
     base, contact, padding = (" or ".join(dict.fromkeys(words)) for words in zip(*choices, strict=True))
@@ -67,3 +75,33 @@ def _choices(e: Experiment) -> tuple[str, str, str]:
         else "padding of its own material, with the modulus found for it"
     )
     return base, contact, padding
+
+
+def require_within_range(part: ModelDraws, grid: FloatArray) -> None:
+    """Refuse paddings that go so far beyond what the model covers that hardly any of those that are tried lies within.
+
+    Parameters
+    ----------
+    part : draws of one model.
+    grid : [m], (n_thickness,), ascending, of the paddings that are tried.
+
+    Raises
+    ------
+    InputError
+        With how far the model goes, if it covers the first of them and not the third.
+    """
+
+    def covered(thickness: float) -> bool:
+        return not part.member.forward.outside(with_padding(part.base, thickness), np.zeros(1))
+
+    low, high = float(grid[0]), float(grid[-1])
+    if covered(float(grid[2])) or not covered(low):
+        return
+    asked = f"padding from {span_text(low * 1e3, high * 1e3)} mm"
+    while high - low > _TO_WITHIN * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if covered(middle) else (low, middle)
+    most = f"{math.floor(low * 1e4) / 10:g} mm"
+    name, between = part.member.forward.name, display("padding_thickness", float(grid[1] - grid[0]))
+    message = f"{asked}, in steps of {between}, goes beyond what the {name} covers for this sensor, which is up to {most}"
+    raise InputError(Fault(message, advice=f"Ask for padding from {span_text(float(grid[0]) * 1e3)} mm to {most} at most"))

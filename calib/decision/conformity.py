@@ -12,9 +12,10 @@ from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
-from calib.decision.guard_band import Drawing, inwards, nominals, step_of
-from calib.decision.words import EXTRAPOLATION, PROVISO, percent, void_in_words
-from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
+from calib.decision.enough_draws import left_open, left_open_in_words
+from calib.decision.guard_band import Drawing, crossings, inwards, nominals, step_of
+from calib.decision.words import EXTRAPOLATION, PROVISO, TOLERANCE_KEY, about, percent, void_in_words
+from calib.experiment import LIMITED, Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ class Built:
     ----------
     name : what is chosen beside the thickness of the padding.
     left_out : why no model serves it; "" if one does. Then all else is nan.
+    not_judged : which nominal thicknesses the model does not cover, and why; "" where it covers all.
     covered : whether it is known at this thickness.
     probability : [1], of conforming, of pads made to this nominal thickness.
     error : [1], Monte Carlo standard error of that.
@@ -46,14 +48,15 @@ class Built:
     regret : [1], by how much less a draw would fall short on the padding that is best for it, in the mean.
     avoidable : [1], share of draws that fail here, and would conform on another padding.
     signal, stroke : [1], [m], (5, n_thickness), quantiles 5, 25, 50, 75, 95 % at the largest load under the first ball.
-    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that of the least expected
-        shortfall; nan if left out.
+    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that in the middle of what its own
+        drawing accepts; where there is none, that of the least expected shortfall; nan if left out.
     best_probability, best_error : [1], there.
     interval : [m], thicknesses about `best` whose pads, made to them, conform with the probability asked for; None for none.
     """
 
     name: str
     left_out: str
+    not_judged: str
     covered: BoolArray
     probability: FloatArray
     error: FloatArray
@@ -80,11 +83,13 @@ class Needed:
     ----------
     limit : index of it.
     value : [SI], that it would have to be.
+    error : [SI], Monte Carlo standard error of that.
     thickness : [m], of the padding, there.
     """
 
     limit: int
     value: float
+    error: float
     thickness: float
 
 
@@ -121,7 +126,8 @@ class Conformity:
     drawing : tolerance, guard band and risks of its pads; None where it does not conform with the probability asked for.
     needed : what each limit alone would have to be, the least change first; tighter than asked if the specification is met.
         Empty where no limit alone would do.
-    all_needed : [1], by which share all limits together would have to give way; negative if they could be tighter.
+    all_needed : [1], x by which all limits together would have to give way at the advised thickness: least values to 1 - x
+        and most values to 1 / (1 - x) of what was asked; negative if they could be tighter. Infinite where none would do.
     causes : what the doubt comes from, at the advised thickness.
     of_models : what each model of an average says by itself.
     open_models : models that the data do not rule out, in words.
@@ -166,13 +172,25 @@ class Conformity:
     @property
     def close_call(self) -> bool:
         """Whether so few draws leave it open whether the specification is met."""
-        return abs(self.best.best_probability - self.specification.probability) < 2 * self.best.best_error
+        return left_open(self.best.best_probability, self.specification.probability, self.best.best_error)
 
     @property
     def always(self) -> bool:
         """Whether every thickness conforms: the specification does not choose."""
         p = self.best.probability[self.best.covered]
         return bool(p.size and np.min(p) >= self.specification.probability)
+
+    @property
+    def _kind(self) -> str:
+        return "" if self.specification.padding_tolerance is None else "nominal "
+
+    @property
+    def exact_that_conform(self) -> tuple[float, float] | None:
+        """Pads [m] of the advised sensor that conform if they have exactly this thickness; None for none."""
+        exact = self.best.exact
+        if not np.any(np.isfinite(exact)):
+            return None
+        return crossings(self.thickness, exact, self.specification.probability, int(np.nanargmax(exact)))
 
     @property
     def front(self) -> tuple[tuple[int, int], ...]:
@@ -234,7 +252,7 @@ class Conformity:
         s, b = self.specification, self.best
         wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
-        p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
+        p = about(b.best_probability, b.best_error)
         lines = []
         beyond = any(reason.gate == EXTRAPOLATION for reason in self.verdict.reasons)
         if self.met:
@@ -243,12 +261,16 @@ class Conformity:
                 f"{build} {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."
             )
         else:
-            lines.append(
-                f"The specification is not met: no thickness conforms with {wanted}. The best is "
-                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}."
-            )
+            found = f"no {self._kind}thickness conforms with {wanted}"
+            found = f"not met: {found}" if not self.close_call else f"not shown to be met with {wanted}"
+            lines.append(f"The specification is {found}. The best is {b.best * 1e3:.2f} mm of padding{chosen}, with {p}.")
+            if (exact := self.exact_that_conform) is not None and s.padding_tolerance is not None:
+                lines.append(
+                    f"Pads of exactly {self._span(exact)} would conform: what stands in the way is how pads are made, with "
+                    f"{s.padding_tolerance.in_words} ({TOLERANCE_KEY})."
+                )
         if self.close_call:
-            lines.append(f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws).")
+            lines.append(f"{self.n_draw} draws {left_open_in_words(p, s.probability)}.")
         return lines
 
     @property
@@ -262,16 +284,17 @@ class Conformity:
         s, b, k = self.specification, self.best, self.at_best
         wanted = f"{100 * s.probability:g} %"
         lines = self._lead
-        if self.met and self.always:
+        sure = self.met and not self.close_call  # nothing is said to conform with what the draws cannot tell
+        if sure and self.always:
             span = self._span((self.thickness[b.covered][0], self.thickness[b.covered][-1]))
             lines.append(f"So does every thickness from {span}: the specification does not choose.")
         lines += self._drawing_in_words
-        if self.met and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
+        if sure and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
             lines.append(
                 f"With a drawing of its own, any nominal thickness from {self._span(b.interval)} would do: pads made to it "
                 f"conform with at least {wanted}."
             )
-        lines += [self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
+        lines += [self._not_judged_in_words, self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
         if not self.met or b.avoidable[k] >= 0.005:
             lines.append(
                 f"On another padding {percent(b.avoidable[k])} of the draws would conform that fail on this one; the expected "
@@ -307,9 +330,12 @@ class Conformity:
         nominal, low, high = (x * 1e3 for x in d.limits)
         step = step_of(d.accepted)
         places = _places(step)
+        which = "For the drawing"
+        if not d.accepts_nominal:
+            which = f"For a drawing, which does not accept the {d.nominal * 1e3:.{places}f} mm that conform best"
         guard = f"guard bands of {d.guard_band * 1e3:.3g} mm included" if d.guard_band > 0 else "no gauge given: no guard band"
         text = (
-            f"For the drawing: {nominal:.{places}f} mm +{high - nominal:.{places}f}/-{nominal - low:.{places}f}. That is what "
+            f"{which}: {nominal:.{places}f} mm +{high - nominal:.{places}f}/-{nominal - low:.{places}f}. That is what "
             f"to accept: readings from {low:.{places}f} to {high:.{places}f} mm ({guard}; rounded inwards to {step * 1e3:g} mm)"
         )
         ends = [word for word, there in (("thinner", d.open_below), ("thicker", d.open_above)) if there]
@@ -331,17 +357,28 @@ class Conformity:
     def _other_nominals_in_words(self) -> list[str]:
         """Which thicknesses beside the one that is advised pads may be made to and still be within the drawing."""
         d, s = self.drawing, self.specification
-        if d is None or d.limits is None:
+        if d is None or d.limits is None or self.close_call:
             return []
-        share = (np.arange(_N_PAD) + 0.5) / _N_PAD
-        errors = np.zeros(1) if s.padding_tolerance is None else s.padding_tolerance.offset(ndtri(share))
-        found = nominals(d.limits[1:], errors, s.gauge, s.probability)
+        z, tolerance = ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD), s.padding_tolerance
+
+        def made_to(nominal: float) -> FloatArray:
+            return np.array([nominal]) if tolerance is None or nominal == 0 else tolerance.pads(nominal, z)
+
+        found = nominals(d.limits[1:], made_to, s.gauge, s.probability)
         if found is None:
             return []
-        return [
-            f"The named one is not the only one: the drawing accepts pads made to any nominal thickness from "
-            f"{self._span(found)}, at least {100 * s.probability:g} % of them."
-        ]
+        told = (
+            f"the drawing accepts pads made to any nominal thickness from {self._span(found)}, at least "
+            f"{100 * s.probability:g} % of them."
+        )
+        one_of_them = found[0] <= d.nominal <= found[1]
+        return [f"The named one is not the only one: {told}" if one_of_them else f"{told[0].upper()}{told[1:]}"]
+
+    @property
+    def _not_judged_in_words(self) -> str:
+        """Nominal thicknesses of which nothing is known, and why."""
+        why = self.best.not_judged
+        return f"Not all thicknesses that were asked for are judged: {why}." if why else ""
 
     def _binding_in_words(self, k: int) -> str:
         b = self.best
@@ -363,15 +400,23 @@ class Conformity:
     def _needed_in_words(self) -> str:
         limits = self.specification.limits
         if not self.needed:
-            if self.met or not math.isfinite(self.all_needed):
-                return "" if self.met else "No change of limits meets it: too many draws do not carry the load. "
-            return f"No limit alone would have to give way: all of them together, by {100 * self.all_needed:.2g} %. "
-        if self.met:
-            if not self.always:
+            if self.met:
                 return ""
-            told = [_would(limits[n.limit], n.value) for n in self.needed]
+            there = f"on {self.best.best * 1e3:.2f} mm of padding"
+            if self.all_needed >= 1:
+                why = "" if math.isfinite(self.all_needed) else ": too many draws do not carry the load"
+                return f"No change of limits meets it {there}{why}. "
+            if len(limits) == 1:
+                return ""
+            factor = 1 / (1 - self.all_needed)
+            together = f"{there} all of them together would have to give way by a factor of {factor:.3g}"
+            return f"To change one limit alone would not do: {together}. "
+        if self.met:
+            if not self.always or self.close_call:
+                return ""
+            told = [_would(limits[n.limit], n) for n in self.needed]
             return f"It would still hold with one of: {'; '.join(told)}. "
-        told = [f"{_would(limits[n.limit], n.value)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
+        told = [f"{_would(limits[n.limit], n)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
         return f"It would be met with {100 * self.specification.probability:g} %, if asked for {', or '.join(told)}. "
 
     @property
@@ -386,7 +431,7 @@ class Conformity:
         plain["built"] = [{f.name: getattr(b, f.name) for f in fields(b)} for b in self.built]
         plain |= {name: [asdict(one) for one in plain[name]] for name in ("needed", "causes", "of_models")}
         plain["drawing"] = None if self.drawing is None else asdict(self.drawing)
-        return {"said": self.in_words, "met": self.met, **plain}
+        return {"said": self.in_words, "met": self.met, "left_open": self.close_call, **plain}
 
 
 _NUMBERS = (
@@ -436,10 +481,6 @@ def _with_numbers(plain: Mapping[str, Any], of: type[Drawing] | type[OfMember]) 
     return read
 
 
-def _give_or_take(error: float) -> str:
-    return f" (± {100 * error:.1g} %)" if error >= 0.0005 else ""
-
-
 def _places(step: float) -> int:
     """Decimals [mm] of numbers that are multiples of a step [m]."""
     return round(-math.log10(step * 1e3))
@@ -449,8 +490,10 @@ def _risk(share: float) -> str:
     return f"{100 * share:.2g} %" if share >= 0.001 else "below 0.1 %"
 
 
-def _would(limit: Limit, value: float) -> str:
+def _would(limit: Limit, needed: Needed) -> str:
     load = "" if limit.at is None else f" at {limit.at:.4g} N"
     name, side = limit.quantity.replace("_", " "), limit.side.replace("_", " ")
-    new, old = (limited_in_words(limit.quantity, v) for v in (value, limit.value))
-    return f"{name} {side} {new} instead of {old}{load}"
+    new, old = (limited_in_words(limit.quantity, v) for v in (needed.value, limit.value))
+    row = LIMITED[limit.quantity]
+    error = f" (± {needed.error * row.display_scale:.1g} {row.display_unit})" if needed.error > 0 else ""
+    return f"{name} {side} {new}{error} instead of {old}{load}"

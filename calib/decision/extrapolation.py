@@ -83,14 +83,14 @@ class Aim:
     force : load [N].
     padding : [m].
     depth : that the ball sinks in there [m].
-    ball : its radius [m].
+    balls : [m], radii of the smallest and the largest ball that press, or of the one.
     places : decimals [mm] that the padding is shown with; as on a drawing if nothing else is said.
     """
 
     force: float
     padding: float
     depth: float
-    ball: float
+    balls: tuple[float, ...]
     places: int = 2
 
 
@@ -132,10 +132,21 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
         found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding, thinner than any measured ({thinnest * 1e3:.2f} mm)"
     if deepest > 0 and aim.depth / total > MARGIN * share:
         found["depth"] = f"a depth of {100 * (aim.depth / total):.0f} % of the thickness (measured up to {100 * share:.0f} %)"
-    if not balls[0] / MARGIN < aim.ball < balls[-1] * MARGIN:
+    if others := _other_balls(presses, aim):
         known = " and ".join(f"{r * 1e3:g}" for r in balls)
-        found["ball"] = f"a ball of {aim.ball * 1e3:g} mm radius (measured with {known} mm)"
+        found["ball"] = f"{_balls_in_words(others)} (measured with {known} mm)"
     return found
+
+
+def _other_balls(presses: Sequence[Measured], aim: Aim) -> list[float]:
+    """Radii [m] that are smaller, or larger, than any that was pressed with."""
+    smallest, largest = min(p.ball for p in presses) / MARGIN, max(p.ball for p in presses) * MARGIN
+    return [ball for ball in aim.balls if not smallest < ball < largest]
+
+
+def _balls_in_words(radii: Sequence[float]) -> str:
+    told = " and ".join(f"{radius * 1e3:.3g}" for radius in radii)
+    return f"a ball of {told} mm radius" if len(radii) == 1 else f"balls of {told} mm radius"
 
 
 def pad_to_press(aim: Aim) -> float:
@@ -172,7 +183,8 @@ def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = 
     found = exceeded(presses, aim)
     if found:
         finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
-        under = f" with a ball of {aim.ball * 1e3:g} mm radius" if "ball" in found else ""
+        others = _other_balls(presses, aim)
+        under = f" with {_balls_in_words(others)}" if others else ""
         pad = f"pad of about {aim.padding * 1e3:.{aim.places}f} mm" if aim.padding > 0 else "sensor without padding"
         action = f"Press one {pad}{under} to {aim.force:g} N and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))

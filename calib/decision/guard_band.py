@@ -13,15 +13,18 @@ r = 1 is the usual choice: where a reading stands at A_U, the pad is thicker tha
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtr
 
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 # Steps of a caliper and of a thickness gauge [m].
 _CALIPER, _GAUGE = 0.01e-3, 0.001e-3
+# Lengths [m] that differ by less are the same but for rounding errors.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -61,9 +64,17 @@ class Drawing:
         """
         if self.accepted is None:
             return None
+        ends = read_within(self.accepted)
+        if ends is None:
+            return None
         step = step_of(self.accepted)
-        low, high = inwards(self.accepted, step)
-        return (min(max(round(self.nominal / step) * step, low), high), low, high) if low < high else None
+        return min(max(round(self.nominal / step) * step, ends[0]), ends[1]), *ends
+
+    @property
+    def accepts_nominal(self) -> bool:
+        """Whether a pad that has just the nominal thickness is accepted."""
+        ends = None if self.accepted is None else read_within(self.accepted)
+        return ends is not None and ends[0] - _ROUNDING <= self.nominal <= ends[1] + _ROUNDING
 
 
 def step_of(ends: tuple[float, float]) -> float:
@@ -92,6 +103,17 @@ def inwards(ends: tuple[float, float], step: float) -> tuple[float, float]:
     """
     # A limit that is a step but for rounding errors stays.
     return math.ceil(ends[0] / step - 1e-6) * step, math.floor(ends[1] / step + 1e-6) * step
+
+
+def read_within(accepted: tuple[float, float]) -> tuple[float, float] | None:
+    """Least and largest reading [m] that are accepted, rounded inwards to steps that are read; None where that leaves nothing.
+
+    Parameters
+    ----------
+    accepted : [m], A_L and A_U.
+    """
+    low, high = inwards(accepted, step_of(accepted))
+    return (low, high) if low < high else None
 
 
 @dataclass(frozen=True)
@@ -126,6 +148,65 @@ def guarded(tolerance: tuple[float, float], gauge: float, factor: float) -> tupl
     return ((low, high) if low < high else None), w
 
 
+def inspected(tolerance: tuple[float, float], gauge: float, factor: float) -> tuple[tuple[float, float] | None, float]:
+    """What is accepted of pads, `guarded`: a tolerance that begins at no padding needs no guard there, as none is thinner.
+
+    Parameters
+    ----------
+    tolerance : [m], T_L and T_U, not negative.
+    gauge, factor : as in `guarded`.
+
+    Returns
+    -------
+    A_L and A_U [m], neither negative; None where nothing is left. And the guard band w [m].
+
+    Examples
+    --------
+    >>> inspected((0.0, 2.0), 0.1, 1.0), inspected((0.0, 0.1), 0.1, 1.0)
+    (((0.0, 1.8), 0.2), (None, 0.2))
+    """
+    accepted, w = guarded((tolerance[0] if tolerance[0] > 0 else -math.inf, tolerance[1]), gauge, factor)
+    if accepted is None or accepted[1] <= 0:
+        return None, w
+    return (max(accepted[0], 0.0), accepted[1]), w
+
+
+def within_its_drawing(
+    grid: FloatArray, exact: FloatArray, wanted: float, among: BoolArray, gauge: float, factor: float
+) -> int | None:
+    """Of nominal thicknesses the one nearest to the middle of what its own drawing accepts, of several drawings of the widest.
+
+    Parameters
+    ----------
+    grid : [m], (n,).
+    exact : [1], (n,), probability that a pad of exactly this thickness conforms; nan where it is not known.
+    wanted : [1], that is asked for.
+    among : (n,), thicknesses to choose from.
+    gauge, factor : as in `guarded`.
+
+    Returns
+    -------
+    Index of it; None where no drawing accepts the thickness that it is of.
+    """
+    found: tuple[float, int] | None = None
+    end = -math.inf
+    for k in np.flatnonzero(among):
+        if grid[k] <= end:  # on the drawing of one before it
+            continue
+        tolerance = crossings(grid, exact, wanted, int(k))
+        if tolerance is None:
+            continue
+        end = tolerance[1]
+        accepted = inspected(tolerance, gauge, factor)[0]
+        ends = None if accepted is None else read_within(accepted)
+        if ends is None:
+            continue
+        inside = np.flatnonzero(among & (grid >= ends[0] - _ROUNDING) & (grid <= ends[1] + _ROUNDING))
+        if inside.size and (found is None or ends[1] - ends[0] > found[0]):
+            found = ends[1] - ends[0], int(inside[np.argmin(np.abs(grid[inside] - (ends[0] + ends[1]) / 2))])
+    return None if found is None else found[1]
+
+
 def acceptance(thickness: FloatArray, accepted: tuple[float, float], gauge: float) -> FloatArray:
     """Probability that a pad is accepted: that a normal reading of it lies within the acceptance interval.
 
@@ -141,13 +222,15 @@ def acceptance(thickness: FloatArray, accepted: tuple[float, float], gauge: floa
     return np.asarray(ndtr((high - thickness) / gauge) - ndtr((low - thickness) / gauge))
 
 
-def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, share: float) -> tuple[float, float] | None:
+def nominals(
+    accepted: tuple[float, float], made_to: Callable[[float], FloatArray], gauge: float, share: float
+) -> tuple[float, float] | None:
     """Nominal thicknesses whose pads a drawing accepts: of those made to each at least a share is.
 
     Parameters
     ----------
     accepted : [m], A_L and A_U; where the first is none no pad is too thin.
-    offsets : [m], (n,), equally probable errors of pads about what they are made to; zeros if they are taken to have none.
+    made_to : nominal thickness [m] to equally probable thicknesses of pads that are made to it [m], (n,).
     gauge : [m], standard uncertainty of a reading.
     share : [1], that is to be accepted.
 
@@ -157,16 +240,16 @@ def nominals(accepted: tuple[float, float], offsets: FloatArray, gauge: float, s
 
     Examples
     --------
-    >>> first, last = nominals((4e-3, 5e-3), np.array([-0.1e-3, 0.0, 0.1e-3]), 0.0, 0.9)
+    >>> first, last = nominals((4e-3, 5e-3), lambda h: h + np.array([-0.1e-3, 0.0, 0.1e-3]), 0.0, 0.9)
     >>> f"{first * 1e3:.2f} to {last * 1e3:.2f} mm"
     '4.10 to 4.90 mm'
     """
     step = step_of(accepted)
     low, high = (round(end / step) for end in inwards(accepted, step))
     ends = (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
-    widened = (ends[0] - 1e-9, ends[1] + 1e-9)  # a pad that is a limit but for rounding errors is within it
+    widened = (ends[0] - _ROUNDING, ends[1] + _ROUNDING)  # a pad that is a limit but for rounding errors is within it
     made = [n * step for n in range(low, high + 1)]
-    good = [h for h in made if np.mean(acceptance(h + offsets, widened, gauge)) >= share]
+    good = [h for h in made if np.mean(acceptance(made_to(h), widened, gauge)) >= share]
     return (good[0], good[-1]) if len(good) > 1 else None
 
 

@@ -28,8 +28,9 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.as_built import AsBuilt, as_built, signal_as_built
-from calib.decision.choices import balls_of, coordinates_of
+from calib.decision.enough_draws import left_open, left_open_in_words, most_that_is_told
 from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
+from calib.decision.words import about
 from calib.errors import Fault, InputError
 from calib.experiment import (
     Experiment,
@@ -321,7 +322,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     if inspection.specification is not None:
         s = inspection.specification
         conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
-        beyond = list(_beyond(posterior, s, newcomer.forward, seed))
+        beyond = [*_beyond(posterior, s, newcomer.forward, seed), *_left_open(conformity, s, effective)]
     estimates = _estimates(found, newcomer.name)
     modulus = estimates.get("young_modulus")
     drifts = [] if modulus is None else list(drift_by_share(sweeps, FirstEstimate(*modulus[:2])))
@@ -446,24 +447,35 @@ def hardly_foretold(strangers: Sequence[Stranger]) -> tuple[str, float]:
     return max(known.items(), key=lambda one: one[1], default=("", 0.0))
 
 
+def _left_open(found: AsBuilt, s: Specification, effective: float) -> Iterator[Reason]:
+    """That its draws do not tell whether it conforms with the probability that is asked for."""
+    if left_open(found.probability, s.probability, found.error):
+        finding = (
+            f"{effective:.0f} independent draws {left_open_in_words(about(found.probability, found.error), s.probability)}"
+        )
+        most = math.floor(1e4 * most_that_is_told(effective)) / 100
+        action = "Measure it better, or ask for a lower probability"
+        if s.probability * 100 > most:
+            action = f"Ask for {most:g} % at most, which so many draws can tell, or calibrate it together with the lot"
+        yield Reason("specification", "amber", finding, action)
+
+
 def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int) -> Iterator[Reason]:
     """What of the specification this specimen was not measured at."""
-    draws = posterior.draws.shape[0] * posterior.draws.shape[1]
-    z = coordinates_of(s, draws, np.random.default_rng(seed))
     middle = {p.name: np.array([posterior.diagnostics.parameters[p.name].median]) for p in posterior.parameters}
     middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
     design = specimen_design(posterior, middle, posterior.experiment.specimens[0].name, posterior.sweeps[0].name)
-    radii = [float(np.median(ball)) for ball in balls_of(s, design, z)]
-    known = posterior.experiment.indenter_radius
-    radius = max(radii, key=lambda r: abs(math.log(r / known)))
+    radii = s.outermost_balls or (float(np.asarray(design.indenter.radius).flat[0]),)
     _, stroke = signal_as_built(posterior, forward, s.largest_force, seed=seed)
     depth = float(np.nanmedian(stroke)) if np.any(np.isfinite(stroke)) else 0.0
     padding = float(np.asarray(design.padding.thickness).flat[0])
-    pressed = replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius])))
-    covered = Covered(float(np.nan_to_num(predict_design(forward, pressed, np.array([s.largest_force])).reach[0])))
-    aim = Aim(s.largest_force, padding, depth, radius)
+    pressed = [replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius]))) for radius in radii]
+    reaches = [predict_design(forward, one, np.array([s.largest_force])).reach[0] for one in pressed]
+    covered = Covered(float(np.min(np.nan_to_num(reaches))))
+    aim = Aim(s.largest_force, padding, depth, radii)
     for reason in beyond_the_measured(posterior, aim, covered, "the specification asks for"):
-        action = f"Press specimens up to {s.largest_force:g} N with that ball"
+        under = "that ball" if len(radii) == 1 else "these balls"
+        action = f"Press specimens up to {s.largest_force:g} N with {under}"
         yield replace(reason, action=action) if covered.confirms(aim.force) else reason
 
 

@@ -143,7 +143,7 @@ def invert(
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
-        aim = Aim(rated, table.padding_thickness, depth, table.indenter_radius)
+        aim = Aim(rated, table.padding_thickness, depth, (table.indenter_radius,))
         covered = Covered(_covered(title, those))
         farther = beyond(presses, aim, covered)
         less = _less_than_advised(table, advised, covered) if sensor == "design" and gripper.force is None else ()

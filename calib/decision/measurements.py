@@ -116,7 +116,7 @@ def next_measurements(
         reasons = list(recommended.verdict.reasons)
         target = signal_target(posterior, known, requirement, recommended.best, rng)
         depth = float(np.nan_to_num(recommended.depth_at_best[2]))
-        aim = Aim(requirement.force, recommended.best, depth, recommended.indenter_radius, recommended.places)
+        aim = Aim(requirement.force, recommended.best, depth, (recommended.indenter_radius,), recommended.places)
     n_draw = _FEW_DRAWS if known.middle.size > _MANY else _DRAWS
     rows = rng.choice(len(known.draws), min(n_draw, len(known.draws)), replace=False)
     spread = _spread_of(posterior, known, rows)
@@ -183,7 +183,10 @@ def _not_confirmed(reason: Reason) -> Reason:
     """A reason that asks for a press to confirm an advice, where none of those that were tried would."""
     if reason.gate != EXTRAPOLATION:
         return reason
-    action = "None of the measurements that lab and model allow confirms it: ask for less force, or padding like that measured"
+    action = (
+        "None of the measurements that lab and model allow confirms it by itself: ask for less force, or for padding and balls "
+        "like those measured"
+    )
     return replace(reason, action=action)
 
 

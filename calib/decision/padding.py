@@ -20,12 +20,13 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.along import along
-from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
+from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of, require_within_range
 from calib.decision.extrapolation import Aim, Covered, beyond_the_covered, beyond_the_measured, pad_to_press
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation, places_of_thickness
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, sensors_of, smooth_normals, with_padding
 from calib.decision.words import spans_in_words
+from calib.digits import span_text
 from calib.errors import Fault, InputError
 from calib.sampling import Posterior
 from models.curves import DesignPrediction, predict_design
@@ -77,6 +78,7 @@ def recommend(
     sensors = sensors_of(models, pooling, requirement.n_draw, requirement.indenter_radius, rng, seed)
     measured, parts = sensors.measured, sensors.parts
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
+    require_within_range(parts[0], grid)
     # The padding of the measured specimens comes last: its error is the same random function.
     present, sensor = (
         np.concatenate([np.asarray(layer.thickness) for layer in layers])
@@ -120,7 +122,7 @@ def recommend(
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
     interval = _run(grid, np.nan_to_num(probability, nan=0.0) >= INTERVAL_PROBABILITY, pick)
-    aim = Aim(requirement.force, float(grid[pick]), depth, radius, places_of_thickness(interval))
+    aim = Aim(requirement.force, float(grid[pick]), depth, (radius,), places_of_thickness(interval))
     to_press = float(np.interp(pad_to_press(aim), grid, reach))
     beyond = beyond_the_measured(known_best, aim, Covered(to_press, spans_in_words(grid, covered)))
     unknown = beyond_the_covered(grid, covered, probability, requirement.force, float(np.min(reach)))
@@ -146,7 +148,7 @@ def recommend(
         present_change=band(now.change + now.sd * smooth),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=conditions_of(parts, float(np.max(grid[covered]))),
+        conditions=conditions_of(parts, float(np.max(grid[covered])), (radius,)),
         open_models=open_models,
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
         verdict=verdict_of([*known.reasons, *beyond, *unknown]),
@@ -274,14 +276,16 @@ def _not_covered(
     part: ModelDraws,
 ) -> Fault:
     mm, forward, base = grid * 1e3, part.member.forward, part.base
+    ends = float(mm[0]), float(mm[-1])
     top = int(np.argmax(reach))
     if reach[top] <= 0:
         why = forward.outside(with_padding(base, grid[grid.size // 2]), np.zeros(1)) or "the sensor itself lies outside"
-        message = f"the {forward.name} covers no padding from {mm[0]:.3g} to {mm[-1]:.3g} mm for this sensor: {why}"
+        message = f"the {forward.name} covers no padding from {span_text(*ends)} mm for this sensor: {why}"
         return Fault(message, advice="Ask for other thicknesses, or calibrate and recommend with another model.")
     message = (
-        f"the {forward.name} reaches {requirement.force:g} N at no padding from {mm[0]:.3g} to {mm[-1]:.3g} mm for this "
-        f"sensor; it covers forces up to {reach[0]:.3g} N at {mm[0]:.3g} mm and up to {reach[-1]:.3g} N at {mm[-1]:.3g} mm "
+        f"the {forward.name} reaches {requirement.force:g} N at no padding from {span_text(*ends)} mm that was "
+        f"tried for this sensor; it covers forces up to {reach[0]:.3g} N at {mm[0]:.3g} mm and up to "
+        f"{reach[-1]:.3g} N at {mm[-1]:.3g} mm "
         f"(most: {reach[top]:.3g} N at {mm[top]:.3g} mm), counting thicknesses where {COVERED_SHARE * 100:g} % of the draws "
         f"are covered (here at best {np.max(coverage) * 100:.0f} %)"
     )

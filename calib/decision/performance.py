@@ -18,6 +18,8 @@ from models.surrogate.thinning import load_thinning, thinning_refusal
 
 # Knots over the range of paddings: with these what lies between is off by 1e-4 of itself at most (tests).
 _N_KNOT = 41
+# Standard deviations by which no pad is farther off what it is made to: of a million one is.
+_FARTHEST = 5.0
 # By how little, as a share of itself, a load is missed at least that is not carried.
 _NOT = 1e-9
 
@@ -47,8 +49,9 @@ class Performance:
 
     Attributes
     ----------
-    margins : (n_draw, n_limit), how far the worst load and ball are inside a limit, as a share of it; negative outside. Loads
-        that are not carried do not count here; inf where none is.
+    margins : (n_draw, n_limit), how far the worst load and ball are inside a limit, as a share of it; outside negative, and no
+        less than -1: v / l - 1 of a value v below the least l, l / v - 1 of one above the most. Loads that are not carried do
+        not count here; inf where none is.
     reach : (n_draw,), largest force that every ball is carried to inside the model's range, over the load wanted, less 1:
         negative where a load is not carried; -1 where the model does not cover the design.
     inside : (n_draw,), whether the model covers the design, with its electrodes.
@@ -78,7 +81,7 @@ class ElectrodeGroup:
     forces : [N], (n_draw, n_load).
     balls : radii [m], (n_draw,) each.
     tables : under each ball.
-    offset : [m], (n_draw,), by which pads are off their nominal thickness.
+    pads : (n_draw,), standard-normal coordinate of how pads are made; None where all have their nominal thickness.
     """
 
     part: ModelDraws
@@ -88,7 +91,7 @@ class ElectrodeGroup:
     forces: FloatArray
     balls: Sequence[FloatArray]
     tables: Sequence[Tabulated | Untabulated]
-    offset: FloatArray
+    pads: FloatArray | None
 
     def at(self, thickness: float, errors: Errors, k: int, *, exact: bool = False) -> Iterator[Performance]:
         """What every choice does on padding of a nominal thickness.
@@ -100,9 +103,10 @@ class ElectrodeGroup:
         k : the thickness's column among them.
         exact : whether pads have exactly that thickness, as one that was measured has.
         """
-        own = np.full(self.offset.size, thickness)
+        own = np.full(self.part.size, thickness)
         if not exact and thickness > 0:  # no padding at all has no tolerance
-            own = own + self.offset
+            tolerance = self.specification.padding_tolerance
+            own = own if tolerance is None or self.pads is None else tolerance.pads(thickness, self.pads)
             own = own if self.part.cast is None else own * self.part.cast
         answers = np.stack([table.at(own) for table in self.tables], axis=1)  # (n_draw, n_ball, n_load, n_quantity)
         for index in range(len(self.choices)):
@@ -156,8 +160,12 @@ class ElectrodeGroup:
         """The worst of all loads and balls, (n_draw,)."""
         if limit.at is not None:
             value = value[:, :, np.isclose(self.forces[0], limit.at, rtol=1e-9, atol=0)]
-        room = value / limit.value - 1
-        room = room if limit.side == "at_least" else -room
+        # What is missed is missed by less than a whole limit, by whatever factor: a load that is not carried is worse.
+        if limit.side == "at_least":
+            room = np.maximum(value / limit.value - 1, -1.0)
+        else:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                room = np.where(value > limit.value, limit.value / value - 1, 1 - value / limit.value)
         return np.asarray(np.min(np.where(np.isnan(room), np.inf, room), axis=(1, 2)))
 
 
@@ -196,14 +204,23 @@ def pressed(
         return Refused(choices, why)
     balls, forces = balls_of(specification, part.base, z), forces_of(specification, part.size, z)
     tolerance = specification.padding_tolerance
-    offset = np.zeros(part.size) if tolerance is None else tolerance.offset(z[PADDING])
+    pads = None if tolerance is None else z[PADDING]
     shift = 0.25 * float(np.median(np.asarray(designs[0].sensor.thickness)))
     cast = np.ones(1) if part.cast is None else part.cast
-    low = max(0.0, specification.lower + min(0.0, float(np.min(offset)))) * min(1.0, float(np.min(cast)))
-    high = (specification.upper + max(0.0, float(np.max(offset)))) * max(1.0, float(np.max(cast)))
+    low, high = made_within(specification)
+    low, high = low * min(1.0, float(np.min(cast))), high * max(1.0, float(np.max(cast)))
     asks = [_ask_of(forward, designs, forces, ball, strained) for ball in balls]
     tables = [tabulated(ask, forces, low, high, shift, _N_KNOT) for ask in asks]
-    return ElectrodeGroup(part, choices, designs, specification, forces, balls, tables, offset)
+    return ElectrodeGroup(part, choices, designs, specification, forces, balls, tables, pads)
+
+
+def made_within(specification: Specification) -> tuple[float, float]:
+    """The thinnest and the thickest pad [m] that is looked at: of what is asked for, off it by the tolerance."""
+    tolerance = specification.padding_tolerance
+    if tolerance is None:
+        return specification.lower, specification.upper
+    ends = np.array([-_FARTHEST, _FARTHEST])
+    return float(tolerance.pads(specification.lower, ends)[0]), float(tolerance.pads(specification.upper, ends)[1])
 
 
 def pressed_as_built(part: ModelDraws, specification: Specification, z: Coordinates) -> ElectrodeGroup | Refused:
@@ -227,7 +244,7 @@ def pressed_as_built(part: ModelDraws, specification: Specification, z: Coordina
         return Refused([PaddingChoice()], why)
     balls, forces = balls_of(specification, design, z), forces_of(specification, part.size, z)
     tables = [Untabulated(_ask_of(forward, [design], forces, ball, strained)) for ball in balls]
-    return ElectrodeGroup(part, [PaddingChoice()], [design], specification, forces, balls, tables, np.zeros(part.size))
+    return ElectrodeGroup(part, [PaddingChoice()], [design], specification, forces, balls, tables, None)
 
 
 def _ask_of(forward: Forward, designs: Sequence[Design], forces: FloatArray, ball: FloatArray, strained: bool) -> Ask:

@@ -276,8 +276,13 @@ class NextMeasurements:
 
     @property
     def _in_doubt(self) -> tuple[str, ...]:
-        """Gates that are not green; that the specification is not met is no doubt but a finding."""
-        return tuple(dict.fromkeys(reason.gate for reason in self.verdict.reasons if reason.gate != UNMET))
+        """Gates that are not green.
+
+        That the specification is not met is no doubt but a finding; what speaks against one that is met, as draws that leave it
+        open do, is a doubt.
+        """
+        met = self.deciding is not None and self.deciding.released
+        return tuple(dict.fromkeys(reason.gate for reason in self.verdict.reasons if met or reason.gate != UNMET))
 
     def _decision_in_words(self, d: Deciding) -> str:
         """What is decided now, how often wrongly, and what would change that; nothing where the verdict is red."""
@@ -324,8 +329,8 @@ class NextMeasurements:
             return text if most is useful[0] else f"{text}Most in all: {self.in_lab_terms(most)}. "
         if self._in_doubt:
             return (
-                "By the draws alone none of the measurements that were tried would change that; what is in doubt is not in the "
-                f"draws ({', '.join(self._in_doubt)}): settle it first. "
+                "By the draws alone none of the measurements that were tried would change that: settle first what is in doubt "
+                f"({', '.join(self._in_doubt)}). "
             )
         if self.verdict.colour != "green":
             return "No measurement that was tried turns that: change what the specification asks for, or the sensor. "

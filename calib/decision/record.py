@@ -17,7 +17,7 @@ from calib.errors import Fault, InputError
 from calib.records import exact_record_from_text, record_to_text
 
 #: Layout version of recommendation.json.
-FORMAT = 5
+FORMAT = 6
 _KIND = "recommendation"
 
 _ADVICE = "Delete it, or run `calib recommend` again"

@@ -19,10 +19,12 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.causes import causes
-from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
-from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
+from calib.decision.choices import Coordinates, choices_of, coordinates_of, require_spread_once
+from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of, require_within_range
 from calib.decision.conformity import Built, Conformity, OfMember
+from calib.decision.enough_draws import left_open, left_open_in_words, what_would_tell
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
+from calib.decision.guard_band import Drawing
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
 from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
@@ -30,9 +32,11 @@ from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
-from calib.decision.words import EXTRAPOLATION, sensor_in_words, spans_in_words
+from calib.decision.words import EXTRAPOLATION, TOLERANCE_KEY, about, percent, sensor_in_words, spans_in_words
+from calib.digits import span_text
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
+from calib.priors import Prior
 from calib.sampling import Posterior
 from models.response import Forward
 from models.sensor import FloatArray
@@ -41,6 +45,10 @@ from models.sensor import FloatArray
 _SCATTER, _ERRORS = 5, 6
 # Of fewer draws a model of an average is not said to have a best thickness of its own; fewer altogether are no answer.
 _FEW, _FEWEST = 20, 50
+# Share of loads that have a distribution that is told.
+_MOST_OF_THEM = 0.9
+# Share of the pads that are made to a thickness of which the drawing accepts less is too few.
+_MANY = 0.5
 # Draws for the padding of the largest signal.
 _SIGNAL_DRAWS = 400
 
@@ -132,9 +140,11 @@ def answer(
     _require_noise(specification, sensors.parts)
     z = coordinates_of(specification, n_draw, np.random.default_rng([seed, _SCATTER]))
     grid = np.linspace(specification.lower, specification.upper, specification.steps)
+    require_within_range(sensors.parts[0], grid)
     errors = _errors(sensors, grid, n_draw, np.random.default_rng([seed, _ERRORS]))
     rows = _rows(sensors.parts)
     n_effective = _effective(posterior, n_draw)
+    n_all = posterior.draws.shape[0] * posterior.draws.shape[1]
     found: list[Tried] = []
     unserved: list[Built] = []
     for choices in choices_of(specification):
@@ -155,15 +165,20 @@ def answer(
         raise InputError(_nothing(unserved, specification))
     order = sorted(found, key=lambda tried: (-tried.built.best_probability, tried.built.shortfall[tried.at]))
     best = order[0]
-    needed, all_needed = needed_for(best, grid, specification)
+    needed, all_needed = needed_for(best, grid, specification, n_effective)
     known = judge_posterior(posterior) if verdict is None else verdict
-    aim = _aim(models, specification, best, z)
-    beyond = [*_beyond(models, aim, best, grid), *_unmet(best.built, specification)]
+    aim = _aim(specification, best)
+    drawing = drawing_of(best, grid, specification)
+    beyond = [
+        *_beyond(models, aim, best, grid),
+        *_open_or_unmet(best.built, specification, n_draw, n_effective, _effective(posterior, n_all)),
+        *_not_drawn(best.built, drawing, specification),
+    ]
     conformity = Conformity(
         specification=specification,
         thickness=grid,
         built=(*(tried.built for tried in order), *unserved),
-        drawing=drawing_of(best, grid, specification),
+        drawing=drawing,
         needed=needed,
         all_needed=all_needed,
         causes=causes(_inputs(best, sensors.parts, z, errors), best.worst[:, best.at]),
@@ -324,25 +339,24 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
     """Why nothing of what is asked for can be told."""
     asked = f"padding from {s.lower * 1e3:.3g} to {s.upper * 1e3:.3g} mm"
     advice = "Ask for other thicknesses, balls or sensors, or calibrate with another model"
+    if s.padding_tolerance is not None and any(np.any(np.isfinite(b.exact)) for b in unserved):
+        advice = f"Give a smaller {TOLERANCE_KEY}, or leave it out: pads of exactly such a thickness are covered"
     return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in unserved]
 
 
 # --- what it holds for --------------------------------------------------------------------------------------------------
 
 
-def _aim(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Aim:
-    """What the advice is for, under the ball that is farthest from that of the calibration."""
-    base = best.designs[0]
-    radii = np.concatenate(
-        [
-            np.atleast_1d(np.median(ball))
-            for ball in balls_of(s, base, {k: v[: np.size(base.sensor.thickness)] for k, v in z.items()})
-        ]
-    )
-    known = heaviest(models).posterior.experiment.indenter_radius
-    radius = float(radii[np.argmax(np.abs(np.log(radii / known)))])
-    stroke = best.built.stroke[2, best.at]
-    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
+def _aim(s: Specification, best: Tried) -> Aim:
+    """What the advice is for: of loads and balls that have a distribution, at its ends."""
+    scatters = isinstance(s.force, Prior) or isinstance(s.ball, Prior)
+    stroke = best.built.stroke[4 if scatters else 2, best.at]
+    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), _balls(best, s))
+
+
+def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
+    """Radii [m] of the smallest and the largest ball that press, or of the one."""
+    return s.outermost_balls or (float(np.median(np.asarray(best.designs[0].indenter.radius))),)
 
 
 def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -> Iterator[Reason]:
@@ -370,11 +384,33 @@ def _column(posterior: Posterior, parameter: str) -> list[int]:
     return [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
 
 
-def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
-    if made.best_probability < s.probability:
+def _open_or_unmet(made: Built, s: Specification, n_draw: int, n_effective: int, of_all: int) -> Iterator[Reason]:
+    """That it is not met, or that the draws do not tell whether it is; `of_all`: what all draws of the posterior are worth."""
+    if left_open(made.best_probability, s.probability, made.best_error):
+        told = left_open_in_words(about(made.best_probability, made.best_error), s.probability)
+        worth = "" if n_effective == n_draw else f", worth {n_effective} independent ones,"
+        action = what_would_tell(made.best_probability, s.probability, of_all)
+        yield Reason("specification", "amber", f"{n_draw} draws{worth} {told}", action)
+    elif made.best_probability < s.probability:
         most = 100 * made.best_probability
-        finding = f"no thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
+        kind = "" if s.padding_tolerance is None else "nominal "
+        finding = f"no {kind}thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
         yield Reason("specification", "amber", finding, "Change what the advice names, or build and accept that share")
+
+
+def _not_drawn(made: Built, drawing: Drawing | None, s: Specification) -> Iterator[Reason]:
+    """That the drawing of what is advised accepts no pad that is made to it, or few."""
+    if made.best_probability < s.probability:
+        return
+    action = (
+        "Read pads better (gauge) or make them more exactly (tolerance), or ask for a range of padding about what is accepted"
+    )
+    if drawing is None or not drawing.accepts_nominal:
+        finding = f"no drawing accepts pads of the {made.best * 1e3:.2f} mm that conform best"
+        yield Reason("specification", "amber", finding, action)
+    elif drawing.accepted_share < _MANY:
+        told = f"of pads made to {made.best * 1e3:.2f} mm the drawing accepts {percent(drawing.accepted_share)}"
+        yield Reason("specification", "amber", told, action)
 
 
 def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid: FloatArray) -> tuple[str, ...]:
@@ -383,9 +419,17 @@ def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid
     found = conditions_of(
         shown,
         float(np.max(grid[best.built.covered])),
+        _balls(best, s),
         electrode_chosen=chosen.electrode_radius is not None,
         material="" if chosen.material is None else chosen.material.name,
     )
-    if isinstance(s.force, tuple) and len(s.force) > 1:
+    if isinstance(s.force, Prior):
+        found = (*found, f"loads as they are distributed: nine in ten from {span_text(*s.force.interval(_MOST_OF_THEM))} N")
+    elif len(s.force) > 1:
         found = (*found, f"loads of {', '.join(f'{f:g}' for f in s.force)} N, at each of which the limits were looked at")
+    if isinstance(s.ball, Prior):
+        found = (*found, "balls as they are distributed, nine in ten of them between these radii")
+    elif s.ball is not None and len(s.ball) > 1:
+        radii = ", ".join(f"{radius * 1e3:.4g}" for radius in sorted(s.ball))
+        found = (*found, f"balls of {radii} mm radius, under each of which the limits were looked at")
     return found

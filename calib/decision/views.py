@@ -200,7 +200,7 @@ class Landscape:
         depths = np.interp(at, seen, np.nan_to_num(depth))
         reaches = self._reach_at(at)
         for thickness, middle, reach in zip(at.tolist(), depths.tolist(), reaches.tolist(), strict=True):
-            more = beyond(self.presses, Aim(force, thickness, middle, self.ball), Covered(reach, others))
+            more = beyond(self.presses, Aim(force, thickness, middle, (self.ball,)), Covered(reach, others))
             yield verdict_of([*self.known.reasons, *more])
 
     def _check(self, force: float, limits: Sequence[Limit], tolerance: float) -> None:

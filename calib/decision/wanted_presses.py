@@ -116,7 +116,7 @@ def _wanted_on(known: Known, bench: Bench, template: Sweep, cell: float, aim: Ai
         for radius in bench.balls:
             if all(max(radius / one, one / radius) > ANOTHER for one in own):
                 words = f"press {name} with a ball of {display('indenter_radius', radius)} radius up to {{force:.2g}} N"
-                wanted_there = aim is not None and _alike(radius, aim.ball, MARGIN)
+                wanted_there = aim is not None and any(_alike(radius, wanted, MARGIN) for wanted in aim.balls)
                 to = _confirming(force, cell, aim) if wanted_there else force
                 yield replace(again, kind="ball", words=words, ball=radius, force=to)
     if "capacitance" not in bench.without and not again.electrical and "force" in template.channels:
@@ -148,7 +148,7 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
         asked = bench.paddings
         if asked is None:
             asked = tuple(round(share * padding, 4) for share in _PADDINGS) if padding > 0 else (1e-3, 3e-3)
-        ball, confirming, other = template.indenter_radius, padding, ""
+        confirming = padding
         if aim is not None and not _alike(aim.padding, padding, MARGIN):
             if bench.paddings is not None and not any(_alike(aim.padding, thickness, MARGIN) for thickness in asked):
                 at = display("padding_thickness", pad_to_press(aim))
@@ -156,18 +156,16 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
             else:
                 confirming = pad_to_press(aim)
                 asked = (confirming, *(thickness for thickness in asked if not _alike(thickness, confirming, MARGIN)))
-        if aim is not None and not _alike(aim.ball, ball, MARGIN) and _at_hand(known, bench, aim.ball):
-            ball = aim.ball
-            other = f" with a ball of {display('indenter_radius', ball)} radius"
+        others = () if aim is None else _others_at_hand(known, bench, aim, template.indenter_radius)
         for thickness in dict.fromkeys(asked):
             if thickness == padding or (thickness != confirming and _alike(thickness, padding, ANOTHER)):
                 continue
             on = f"on {display('padding_thickness', thickness)} of padding" if thickness > 0 else "without padding"
-            under, named = (ball, other) if thickness == confirming else (template.indenter_radius, "")
-            words = f"make one more sensor {on} and press it{named} up to {{force:.2g}} N"
-            yield replace(
-                like, kind="padding", words=words, padding=thickness, ball=under, force=_confirming(like.force, cell, aim)
-            )
+            force = _confirming(like.force, cell, aim)
+            for ball in (others if thickness == confirming else ()) or (template.indenter_radius,):
+                with_it = f" with a ball of {display('indenter_radius', ball)} radius" if ball in others else ""
+                words = f"make one more sensor {on} and press it{with_it} up to {{force:.2g}} N"
+                yield replace(like, kind="padding", words=words, padding=thickness, ball=ball, force=force)
 
 
 def _confirming(force: float, cell: float, aim: Aim | None) -> float:
@@ -180,7 +178,10 @@ def _alike(one: float, other: float, factor: float) -> bool:
     return one == other or max(one, other) < factor * min(one, other)
 
 
-def _at_hand(known: Known, bench: Bench, radius: float) -> bool:
-    """Whether a sensor can be pressed with a ball of that radius."""
-    possible = "ball" not in bench.without and "indenter_radius" not in known.names
-    return possible and any(_alike(radius, ball, MARGIN) for ball in bench.balls)
+def _others_at_hand(known: Known, bench: Bench, aim: Aim, radius: float) -> tuple[float, ...]:
+    """Balls [m] of the bench like those that an advice is for and unlike one of that radius, each the nearest."""
+    if "ball" in bench.without or "indenter_radius" in known.names:
+        return ()
+    wanted = [ball for ball in aim.balls if not _alike(ball, radius, MARGIN)]
+    near = [[own for own in bench.balls if _alike(own, ball, MARGIN)] for ball in wanted]
+    return tuple(min(own, key=lambda r: abs(r - ball)) for own, ball in zip(near, wanted, strict=True) if own)

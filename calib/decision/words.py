@@ -8,6 +8,9 @@ from calib.checks import Verdict
 from calib.digits import span_text
 from models.sensor import BoolArray, FloatArray
 
+#: Where a specification has how pads are made.
+TOLERANCE_KEY = "tolerance in [padding]"
+
 #: Gate of what goes beyond the data, and how an advice begins that does.
 EXTRAPOLATION = "extrapolation"
 PROVISO = "If the model holds beyond what was measured, "
@@ -52,6 +55,16 @@ def percent(probability: float) -> str:
     if probability > 0.99:
         return "more than 99 %"
     return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
+
+
+def about(probability: float, error: float) -> str:
+    """Write a probability with its Monte Carlo error for people, such as "95 % (± 0.7 %)".
+
+    Parameters
+    ----------
+    probability, error : [1].
+    """
+    return f"{percent(probability)} (± {100 * error:.1g} %)" if error >= 0.0005 else percent(probability)
 
 
 def spans_in_words(thickness: FloatArray, chosen: BoolArray) -> str:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from calib.errors import Fault, InputError
 from calib.experiment.toml_places import KeyPath
@@ -98,6 +98,19 @@ class Tolerance:
         """How far off [m] what is built is at standard-normal coordinates, any shape."""
         return np.asarray(self.size * (z if self.kind == "normal" else 2 * ndtr(z) - 1), dtype=float)
 
+    def pads(self, nominal: float, z: FloatArray) -> FloatArray:
+        """Thicknesses [m] of pads that are made to a nominal one [m], at standard-normal coordinates, any shape.
+
+        The distribution is cut off at zero, as no pad is thinner than nothing: what is left of it is what there is.
+
+        >>> bool(np.min(Tolerance("normal", 0.1e-3).pads(0.05e-3, np.array([-4.0, 0.0, 4.0]))) > 0)
+        True
+        """
+        if self.kind == "uniform":
+            low, high = max(nominal - self.size, 0.0), nominal + self.size
+            return np.asarray(low + (high - low) * ndtr(z), dtype=float)
+        return np.maximum(nominal - self.size * ndtri(ndtr(-z) * ndtr(nominal / self.size)), 0.0)
+
     @property
     def in_words(self) -> str:
         """What it is, for people."""
@@ -185,6 +198,20 @@ class Specification:
     def largest_force(self) -> float:
         """The largest load [N]; of a distribution its 95 % quantile."""
         return float(self.force.ppf_normal(1.645)) if isinstance(self.force, Prior) else max(self.force)
+
+    @property
+    def outermost_balls(self) -> tuple[float, ...]:
+        """Radii [m] of the smallest and the largest ball, or of the one; of a distribution its 5 % and 95 % quantiles.
+
+        Empty for the ball of the calibration.
+        """
+        if self.ball is None:
+            return ()
+        radii = self.ball
+        if isinstance(radii, Prior):
+            ends = radii.ppf_normal(np.array([-1.645, 1.645]))
+            radii = tuple(float(end) for end in (1 / ends if self.by_curvature else ends))
+        return tuple(sorted({min(radii), max(radii)}))
 
     def to_plain(self) -> dict[str, Any]:
         """What files hold of it; the inverse is `specification_from_plain`."""

@@ -383,7 +383,7 @@ def test_the_press_that_an_advice_beyond_the_data_asks_for_is_among_the_measurem
 
 def test_a_calibration_with_that_press_is_green_on_extrapolation(look: Look, farther: NextMeasurements) -> None:
     posterior, known = _posterior(look), _known(look)
-    aim = Aim(6.0, recommend(posterior, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).best, 0.0, 5e-3)
+    aim = Aim(6.0, recommend(posterior, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).best, 0.0, (5e-3,))
     what = next(one.what for one in farther.ranked if farther.confirms(one))
     problem = next(c.problem for c in candidates_of(known, Bench(), aim)[0] if c.what == what)
     assert problem is not None
@@ -538,6 +538,14 @@ def test_the_press_that_confirms_an_advice_is_first_of_those_that_tell_nothing_a
     assert "not decided yet, as the verdict is amber (extrapolation)" in found.in_words
     assert next_from_json(next_to_json(found)) == found.in_short
     assert found.in_short.first[0].brings.startswith("holds the model against data")
+
+
+def test_nothing_is_released_while_the_draws_leave_open_whether_it_conforms(look: Look) -> None:
+    asked = Specification((Limit("height", "at_most", 9e-3),), (3.0,), lower=1e-3, upper=1.2e-3, steps=9, probability=0.999999)
+    found = next_measurements(_posterior(look), ClosedForm(), asked, seed=1, verdict=GREEN)
+    assert "specification" in {reason.gate for reason in found.verdict.reasons}
+    assert re.search(r"not decided yet, as the verdict is amber \([a-z, ]*specification\)", found.in_words)
+    assert "released, as" not in found.in_words
 
 
 def test_where_all_hangs_on_what_scatters_no_measurement_is_worth_its_time(look: Look, strokes: FloatArray) -> None:

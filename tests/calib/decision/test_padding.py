@@ -226,7 +226,7 @@ def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None
     assert recommendation_to_json(again) == text
     assert again.verdict == r.verdict
     plain = json.loads(text)
-    assert (plain["kind"], plain["format"]) == ("recommendation", 5)
+    assert (plain["kind"], plain["format"]) == ("recommendation", 6)
     assert plain["change"][0][0] is None  # nothing that JSON does not know
     assert plain["best"] == r.best
 

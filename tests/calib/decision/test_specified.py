@@ -11,14 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
+from scipy.stats import truncnorm
 
 from calib.checks import Verdict, members_or
 from calib.decision.causes import causes, first_order
 from calib.decision.choices import PaddingChoice
 from calib.decision.conformity import Conformity
-from calib.decision.guard_band import Drawing, crossings, guarded, inwards, risks, step_of
+from calib.decision.guard_band import Drawing, crossings, guarded, inspected, inwards, risks, step_of
 from calib.decision.performance import ElectrodeGroup, pressed
 from calib.decision.record import recommendation_from_json, recommendation_to_json
+from calib.decision.requirement import Requirement
 from calib.decision.sensors import sensors_of
 from calib.decision.specified import conform, recommend_for
 from calib.errors import InputError
@@ -130,7 +133,72 @@ def test_no_pad_is_made_thinner_than_nothing(posterior: Posterior) -> None:
     c = _conform(
         posterior, Limit("height", "at_most", 9e-3), padding_tolerance=Tolerance("uniform", 0.8e-3), lower=0.0, steps=11
     )
-    assert c.best.covered.tolist() == [True, False, *[True] * 9]
+    assert c.best.covered.all()
+    made = Tolerance("uniform", 0.8e-3).pads(0.5e-3, np.linspace(-5, 5, 1001))
+    assert (made[0], made[-1]) == pytest.approx((0.0, 1.3e-3), abs=1e-8)
+    cut = Tolerance("normal", 0.8e-3).pads(0.5e-3, ndtri((np.arange(100_000) + 0.5) / 100_000))
+    assert np.all(cut > 0)
+    # Another implementation: what scipy has of it.
+    assert np.mean(cut) == pytest.approx(truncnorm(-0.5 / 0.8, np.inf, 0.5e-3, 0.8e-3).mean(), rel=1e-4)
+
+
+def test_thin_pads_are_judged_and_risks_are_those_of_all_that_are_made(posterior: Posterior) -> None:
+    # Pads of up to 1 mm conform, as sensors are 0.74 mm thick, and such a tolerance makes many thinner than three sd of it.
+    limit = Limit("height", "at_most", 1.77e-3)
+    given = Tolerance("normal", 0.4e-3)
+    c = _conform(posterior, limit, padding_tolerance=given, gauge=1e-5, lower=0.05e-3, upper=3e-3, steps=60, probability=0.9)
+    assert c.met
+    assert c.best.covered.all()
+    d = c.drawing
+    assert d is not None
+    assert d.accepted is not None
+    assert d.accepts_nominal
+    # Each pad that is made is accepted or not, and conforms or not.
+    made = given.pads(d.nominal, np.random.default_rng(1).standard_normal(400_000))
+    taken = (made >= d.accepted[0]) & (made <= d.accepted[1])
+    rejected_good = np.mean(~taken & (made < 1.03e-3))
+    assert d.accepted_share == pytest.approx(np.mean(taken), abs=0.01)
+    assert d.producers_risk == pytest.approx(rejected_good, abs=0.01)
+    # Without a tolerance the drawing is the same: it says which pads conform, however they are made.
+    alone = _conform(posterior, limit, gauge=1e-5, lower=0.05e-3, upper=3e-3, steps=60, probability=0.9).drawing
+    assert alone is not None
+    assert alone.accepted == pytest.approx(d.accepted, abs=0.02e-3)
+    # Where no nominal conforms, it is told that exact pads do.
+    loose = _conform(posterior, limit, padding_tolerance=Tolerance("normal", 3e-3), lower=0.2e-3, upper=3e-3, steps=57)
+    assert not loose.met
+    assert re.search(r"Pads of exactly 0\.20 to [0-9.]+ mm would conform: .* \(tolerance in \[padding\]\)", loose.in_words)
+
+
+def test_a_tolerance_at_no_padding_never_accepts_less_than_nothing(posterior: Posterior) -> None:
+    assert inspected((0.0, 0.0), 0.01e-3, 1.0)[0] is None
+    limit = Limit("height", "at_most", 0.79e-3)
+    c = _conform(posterior, limit, lower=0.0, upper=1.5e-3, steps=181, gauge=0.05e-3, probability=0.5)
+    assert c.drawing is not None
+    assert c.drawing.accepted is None
+    assert "in a range of -" not in c.in_words
+    assert "specification" in {reason.gate for reason in c.verdict.reasons}
+
+
+@pytest.mark.parametrize("gauge", [0.0, 0.02e-3])
+def test_what_is_advised_is_in_the_middle_of_what_its_drawing_accepts(posterior: Posterior, gauge: float) -> None:
+    # Everything conforms: the range that was asked for is what there is to be in the middle of.
+    tolerance = Tolerance("normal", 0.02e-3)
+    c = _conform(posterior, Limit("stroke", "at_most", 9e-3), padding_tolerance=tolerance, gauge=gauge, upper=1.2e-3, steps=181)
+    assert c.always
+    assert c.best.best == pytest.approx(1.1e-3)
+    assert c.drawing is not None
+    assert c.drawing.limits is not None
+    assert c.drawing.limits[0] == pytest.approx(1.1e-3)
+    assert c.drawing.accepted_share > 0.9
+
+
+def test_a_drawing_that_accepts_few_of_the_pads_that_are_made_is_amber(posterior: Posterior) -> None:
+    tolerance = Tolerance("normal", 0.5e-3)
+    c = _conform(posterior, Limit("stroke", "at_most", 9e-3), padding_tolerance=tolerance, upper=1.2e-3, steps=181)
+    assert c.drawing is not None
+    assert c.drawing.accepted_share < 0.3
+    (told,) = (reason.finding for reason in c.verdict.reasons if reason.gate == "specification")
+    assert told.startswith("of pads made to 1.10 mm the drawing accepts 1")
 
 
 def test_a_load_that_is_not_carried_is_a_failure_and_said_to_be_one(posterior: Posterior) -> None:
@@ -159,6 +227,9 @@ def test_padding_on_which_the_load_is_just_not_carried_is_no_way_out_of_a_signal
     assert c.best.best == pytest.approx(5e-3)
     assert c.best.shortfall[-1] == pytest.approx(1 - 0.03 / 0.05, rel=1e-3)
     assert c.best.shortfall[0] > 1
+    # Nor out of one that is missed by whatever factor.
+    hopeless = _conform(posterior, Limit("signal", "at_least", 0.9), Limit("stroke", "at_most", 1e-6), forward=Thin())
+    assert hopeless.best.not_carried[hopeless.at_best] == 0
     assert c.best.not_carried.tolist() == [1, 1, *[0] * 7]
 
 
@@ -180,12 +251,24 @@ def test_what_is_nearest_is_met_with_just_the_probability_that_was_asked_for(pos
     assert again.best.best_probability == pytest.approx(wanted, abs=2 / 900)
 
 
+@pytest.mark.parametrize("n_draw", [200, 900])
+def test_a_limit_that_would_be_met_is_told_with_what_the_draws_leave_open(posterior: Posterior, n_draw: int) -> None:
+    moduli = _moduli(posterior)
+    c = _conform(posterior, Limit("stroke", "at_most", 2e3 / float(np.median(moduli))), n_draw=n_draw)
+    (needed,) = c.needed
+    exact = 2e3 / float(np.quantile(moduli, 0.05))
+    assert 0 < needed.error < 0.1 * exact
+    assert abs(needed.value - exact) < 3 * needed.error
+    assert f"mm (± {needed.error * 1e3:.1g} mm) instead of" in c.in_words
+    assert c.to_plain()["needed"][0]["error"] == needed.error
+
+
 def test_where_no_limit_alone_would_do_all_together_are_named(posterior: Posterior) -> None:
     c = _conform(posterior, Limit("signal", "at_least", 0.035), Limit("stroke", "at_most", 3e-3))
     assert c.needed == ()
-    assert "No limit alone would have to give way: all of them together" in c.in_words
+    assert f"on {c.best.best * 1e3:.2f} mm of padding all of them together would have to give way by a factor of" in c.in_words
     for share, met in ((c.all_needed * (1 + 1e-9), True), (0.99 * c.all_needed, False)):
-        eased = [Limit("signal", "at_least", 0.035 * (1 - share)), Limit("stroke", "at_most", 3e-3 * (1 + share))]
+        eased = [Limit("signal", "at_least", 0.035 * (1 - share)), Limit("stroke", "at_most", 3e-3 / (1 - share))]
         assert _conform(posterior, *eased).met is met
 
 
@@ -272,6 +355,60 @@ def test_a_foam_of_the_same_modulus_gives_way_more_and_signals_less(make_posteri
 def test_balls_beyond_the_models_range_are_refused_with_it(make_posterior: MakePosterior) -> None:
     spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), ball=(0.1,), n_draw=60, steps=5)
     with pytest.raises(InputError, match="as measured, padding from 1 to 5 mm: the surrogate covers none of these thicknesses"):
+        conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+
+
+@pytest.mark.parametrize(
+    ("ball", "told"),
+    [
+        ({"ball": Uniform(100.0, 300.0), "by_curvature": True}, "balls of 3.45 and 9.09 mm radius (measured with 5 mm)"),
+        ({"ball": Uniform(4.8e-3, 8e-3)}, "a ball of 7.84 mm radius (measured with 5 mm)"),
+        ({"ball": (3e-3, 5e-3, 9e-3)}, "balls of 3 and 9 mm radius (measured with 5 mm)"),
+        ({"ball": Uniform(190.0, 210.0), "by_curvature": True}, ""),
+        ({"ball": (4.8e-3, 5.2e-3)}, ""),
+    ],
+)
+def test_balls_are_held_against_those_measured_by_their_ends(
+    make_posterior: MakePosterior, ball: dict[str, Any], told: str
+) -> None:
+    c = _conform(make_posterior(), Limit("signal", "at_least", 0.01), lower=1e-3, upper=1.2e-3, force=(1.0,), **ball)
+    found = [reason.finding for reason in c.verdict.reasons if "mm radius" in reason.finding]
+    assert [told in finding for finding in found] == ([True] if told else [])
+    smallest, largest = c.specification.outermost_balls
+    assert f"ball radius {smallest * 1e3:.3g} to {largest * 1e3:.3g} mm, pressed without friction" in c.conditions
+
+
+@pytest.mark.parametrize("upper", [9.0, 4.0])
+def test_a_range_far_beyond_the_model_is_refused_with_how_far_it_goes(make_posterior: MakePosterior, upper: float) -> None:
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), lower=0.5e-3, upper=upper, n_draw=60)
+    refused = r"goes beyond what the surrogate covers for this sensor, which is up to ([0-9.]+) mm"
+    with pytest.raises(InputError, match=refused) as raised:
+        conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    wanted = Requirement(1.0, 0.5e-3, upper, n_draw=60)
+    with pytest.raises(InputError, match=refused):
+        recommend_for(make_posterior(), load_surrogate(), wanted, seed=1)
+    found = re.search(refused, str(raised.value))
+    assert found is not None
+    within = replace(spec, upper=float(found[1]) * 1e-3, steps=21)
+    assert conform(make_posterior(), load_surrogate(), within, seed=1, verdict=Verdict()).best.covered.all()
+
+
+def test_thicknesses_that_the_model_does_not_cover_are_named_and_none_beyond_them_is_judged(
+    make_posterior: MakePosterior,
+) -> None:
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), lower=0.5e-3, upper=90e-3, steps=91, n_draw=60)
+    c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    covered = np.flatnonzero(c.best.covered)
+    assert covered.tolist() == list(range(covered.size))
+    assert 0 < covered.size < 45
+    assert "Not all thicknesses that were asked for are judged: the surrogate covers no padding of " in c.in_words
+    assert c.to_plain()["built"][0]["not_judged"] == c.best.not_judged
+
+
+def test_a_tolerance_by_which_no_nominal_thickness_can_be_judged_is_named(make_posterior: MakePosterior) -> None:
+    limits = (Limit("signal", "at_least", 0.01),)
+    spec = replace(_BASE, limits=limits, padding_tolerance=Tolerance("normal", 60e-3), n_draw=60)
+    with pytest.raises(InputError, match=r"of 60 mm \(tolerance in \[padding\]\): too many .* Give a smaller tolerance in"):
         conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
 
 
@@ -466,8 +603,6 @@ def test_json_round_trip_keeps_a_specification_and_its_answer(posterior: Posteri
 
 
 def test_a_recommendation_without_a_specification_has_none_in_its_file(posterior: Posterior) -> None:
-    from calib.decision.requirement import Requirement
-
     text = recommendation_to_json(recommend_for(posterior, ClosedForm(), Requirement(1.5, 0.0, 6e-3, n_draw=60), seed=1))
     assert "conformity" not in json.loads(text)
     assert recommendation_from_json(text).conformity is None

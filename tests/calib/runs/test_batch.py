@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import re
 import shutil
 import threading
 from collections.abc import Callable
@@ -24,6 +25,8 @@ from calib.decision import Batch, Inspected
 from calib.decision.as_built import AsBuilt
 from calib.decision.trend import trend_of
 from calib.errors import InputError
+from calib.experiment import Limit, Specification
+from calib.priors import Uniform
 from calib.report import batch_page
 from calib.runs import Run, batch_in, load_run, verify_batch
 from calib.runs.batch import batch_csv
@@ -287,6 +290,22 @@ def test_a_red_lot_makes_no_batch_and_an_amber_one_no_green_light(run: Run, lab:
     assert [(row.light, row.own) for row in batch.rows] == [("amber", ())]
     assert "another model describes these data better" in {reason.finding for reason in batch.of_lot.reasons}
     assert batch.verdict.colour == "amber"
+
+
+def test_what_draws_cannot_tell_and_balls_that_nobody_pressed_with_are_amber(run: Run, lab: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    _press(folder, "s01", 1)
+    limits = (Limit("height", "at_most", 9e-3),)
+    asked = Specification(limits, (2.0,), probability=0.999999, ball=Uniform(100.0, 300.0), by_curvature=True)
+    batch = batch_in(run, folder, tmp_path / "batch", _Counting(), like="sensor 1", specification=asked)
+    (row,) = batch.rows
+    assert row.conformity is not None
+    told = {reason.gate: reason for reason in row.verdict.reasons}
+    assert "leave open on which side of 99.9999 %" in told["specification"].finding
+    assert re.match(r"Ask for [0-9.]+ % at most", told["specification"].action)
+    assert "balls of 3.45 and 9.09 mm radius (measured with 5 mm)" in told["extrapolation"].finding
+    assert row.light == "amber"
 
 
 def _lit(row: Inspected, name: str, z: float, *reasons: Reason, passes: bool | None = None) -> Inspected:
