@@ -51,7 +51,7 @@ from models.response import Forward
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
 
 #: Raise it with every change that makes the numbers of a specimen others.
-BATCH_VERSION = 4
+BATCH_VERSION = 5
 
 _LINE, _KIND = "inspected specimen", "batch"
 # Processor time that a specimen takes where none has been inspected yet [s].

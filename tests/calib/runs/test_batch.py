@@ -121,7 +121,7 @@ def test_a_sound_specimen_is_known_as_well_as_its_readings_tell(made: tuple[Batc
     row = _row(made[0], "s01")
     assert (row.light, row.own, row.belongs) == ("amber", (), "not told")
     (blind,) = made[0].of_lot.reasons  # a lot of two hardly knows how much its specimens differ
-    assert "hardly told: of one that does the lot foretells Young's modulus of the sensor to " in blind.finding
+    assert "hardly told: one whose Young's modulus of the sensor is 25 % off would lie " in blind.finding
     assert row.how == "weighted draws"
     for quantity, truth in (("sensor_thickness", 0.74e-3), ("padding_thickness", 1.1e-3), ("young_modulus", 0.62e6)):
         mean, sd, low, high = row.estimates[quantity]
