@@ -1,7 +1,7 @@
 """A `Problem` or a `Posterior` in, whether it may be believed out, in checks and a verdict; changes no draw, knows no page."""
 
 from calib.checks.average import NOTICEABLE, AverageMember, average_models, forward_of_average
-from calib.checks.belonging import belongs
+from calib.checks.belonging import OFF, Belonging, belongs
 from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts, reservations, unusable
 from calib.checks.departures import BAYES_LIMITS, Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
@@ -91,6 +91,7 @@ __all__ = [
     "LEVELS",
     "LIKELIHOOD",
     "NOTICEABLE",
+    "OFF",
     "OF_MODELS",
     "PUT_IN_ERROR",
     "RULED_OUT",
@@ -99,6 +100,7 @@ __all__ = [
     "WEIGHTINGS",
     "AverageMember",
     "Bands",
+    "Belonging",
     "Changed",
     "Colour",
     "ComparedModel",

@@ -18,7 +18,8 @@ draws, is even for specimens that belong, so that Phi^-1 of it is standard norma
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
@@ -28,11 +29,28 @@ from calib.problem import Newcomer, PredictedReadings, lookup, model_sweeps, put
 from calib.sampling import FirstEstimate, Stranger
 from models.sensor import FloatArray, IntArray
 
+#: Share [1] by which a quantity of the material of a specimen of another kind is off, which has to be told from the lot.
+OFF = 0.25
 # Draws of the lot, and step of the differences in coordinates and logarithms.
 _DRAWS, _STEP = 400, 1e-3
 
 
-def belongs(newcomer: Newcomer, own: FloatArray) -> tuple[Stranger, ...]:
+@dataclass(frozen=True)
+class Belonging:
+    """How far a newcomer lies off its lot, and how far one of another kind would.
+
+    Attributes
+    ----------
+    strangers : of each quantity, how far it is off; nothing where the model covers hardly any of what the lot foretells.
+    of_another_kind : quantity of the material -> the largest z [1] by (2), of all quantities, of one whose readings are those
+        foretold but for that quantity, which is off by `OFF`; of more and less the one that stands out less.
+    """
+
+    strangers: tuple[Stranger, ...] = ()
+    of_another_kind: Mapping[str, float] = field(default_factory=dict)
+
+
+def belongs(newcomer: Newcomer, own: FloatArray) -> Belonging:
     """Hold a newcomer against its lot by (2), in every quantity that its readings depend on and specimens may differ in.
 
     Parameters
@@ -42,39 +60,60 @@ def belongs(newcomer: Newcomer, own: FloatArray) -> tuple[Stranger, ...]:
 
     Returns
     -------
-    One for each quantity, its ratio over what the lot lets one expect; nothing where the forward model covers hardly any of
-    what the lot foretells.
+    Quantity by quantity, the ratio over what the lot lets one expect, and whether (2) would tell one of another kind.
     """
     rows = np.unique(np.linspace(0, newcomer.lot.size - 1, _DRAWS).round().astype(np.int64))
     of_press = np.array([one.info.parameter in unknowns_of("sweep") for one in newcomer.own])
     place = np.where(of_press, own, newcomer.means[rows])
     foretold = _readings(newcomer, place, rows)
     if foretold is None or foretold.rows.size < rows.size // 2:
-        return ()
+        return Belonging()
     rows, place = foretold.rows, place[foretold.there]
     middle = int(np.argmin(np.sum((foretold.mean - np.median(foretold.mean, axis=0)) ** 2, axis=1)))
     slopes = _slopes(newcomer, place[middle], rows[middle])
     if slopes is None:
-        return ()
+        return Belonging()
     by_own, by_value = slopes
     spread = np.where(of_press, 1.0, newcomer.spreads[rows])
     each = foretold.covariance + np.einsum("pk,nk,qk->npq", by_own, spread**2, by_own)
     mean = np.mean(foretold.mean, axis=0)
     whole = np.mean(each, axis=0) + np.cov(foretold.mean, rowvar=False)
-    found = []
+    tests = list(_tests(by_value, whole, each, foretold.mean))
+    strangers = []
+    for test in tests:
+        ratio = float(np.exp(test.told @ (foretold.observed - mean) / test.precision))
+        shift = FirstEstimate(ratio, ratio * test.precision**-0.5)
+        strangers.append(Stranger(newcomer.name, shift, test.z(foretold.observed), test.quantity))
+    # Force and capacitance are proportional to what they are of: to first order in the quantity, not its logarithm.
+    off = {q: OFF * by_value[q] for q in by_value if q in unknowns_of("material")}
+    ways = {q: [max(abs(test.z(mean + way * step)) for test in tests) for way in (1, -1)] for q, step in off.items() if tests}
+    return Belonging(tuple(strangers), {q: min(both) for q, both in ways.items()})
+
+
+@dataclass(frozen=True, eq=False)
+class _Test:
+    """The test (2) of a shift of one quantity: C^-1 D_q, D_q^T C^-1 D_q, and mean and sd of D_q^T C^-1 y by each draw."""
+
+    quantity: str
+    told: FloatArray
+    precision: float
+    middle: FloatArray
+    width: FloatArray
+
+    def z(self, readings: FloatArray) -> float:
+        """How far readings (n_point,) lie off what is foretold: standard normal for a specimen that belongs."""
+        away = (self.told @ readings - self.middle) / self.width
+        below, above = (float(logsumexp(log_ndtr(side * away))) - np.log(away.size) for side in (1, -1))
+        return float(ndtri_exp(min(below, 0.0))) if below < above else -float(ndtri_exp(min(above, 0.0)))
+
+
+def _tests(by_value: Mapping[str, FloatArray], whole: FloatArray, each: FloatArray, mean: FloatArray) -> Iterator[_Test]:
     for quantity, slope in by_value.items():
         told = np.linalg.solve(whole, slope)
         precision = float(slope @ told)
-        if not precision > 0:
-            continue
-        shift, sd = float(told @ (foretold.observed - mean)) / precision, precision**-0.5
-        width = np.sqrt(np.einsum("p,npq,q->n", told, each, told))
-        away = (told @ foretold.observed - foretold.mean @ told) / width
-        below, above = (float(logsumexp(log_ndtr(side * away))) - np.log(away.size) for side in (1, -1))
-        z = float(ndtri_exp(min(below, 0.0))) if below < above else -float(ndtri_exp(min(above, 0.0)))
-        ratio = float(np.exp(shift))
-        found.append(Stranger(newcomer.name, FirstEstimate(ratio, ratio * sd), z, quantity))
-    return tuple(found)
+        if precision > 0:
+            width = np.sqrt(np.einsum("p,npq,q->n", told, each, told))
+            yield _Test(quantity, np.asarray(told), precision, np.asarray(mean @ told), width)
 
 
 @dataclass(frozen=True, eq=False)

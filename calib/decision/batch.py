@@ -11,7 +11,7 @@ import numpy as np
 from calib.catalogue import POOLED
 from calib.checks import Colour, Member, Reason, Verdict, verdict_of
 from calib.decision.guard_band import Risks, risks_of
-from calib.decision.inspection import Inspected, hardly_foretold
+from calib.decision.inspection import Inspected, hardly_told
 from calib.decision.sensors import sensors_of
 from calib.decision.trend import Trend, trend_of
 from calib.experiment import Specification
@@ -119,9 +119,9 @@ def _places(rows: Sequence[Inspected]) -> tuple[FloatArray, str]:
 
 
 def _spread(rows: Sequence[Inspected]) -> list[Reason]:
-    """That the lot hardly tells who belongs, once: by the newcomer of which it foretells least."""
-    hardly = {hardly_foretold(row.strangers)[1]: r for row in rows for r in row.verdict.reasons if r.gate == "spread"}
-    return [hardly[max(hardly)]] if hardly else []
+    """That the lot hardly tells who belongs, once: by the newcomer that tells least."""
+    hardly = {hardly_told(row.of_another_kind)[1]: r for row in rows for r in row.verdict.reasons if r.gate == "spread"}
+    return [hardly[min(hardly)]] if hardly else []
 
 
 def _reasons(batch: Batch) -> list[Reason]:

@@ -11,9 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from calib.catalogue import CHANNELS, POOLED, QUANTITIES, unknowns_of
+from calib.catalogue import CHANNELS, POOLED, QUANTITIES
 from calib.checks import (
     LEVELS,
+    OFF,
+    Belonging,
     Colour,
     Prediction,
     Reason,
@@ -94,6 +96,7 @@ class Inspected:
         where the verdict is red: what must not be used is not stated.
     force : [N], at which the signal is told.
     strangers : how far it lies off what the lot lets one expect.
+    of_another_kind : quantity of the material -> how far one that is 25 % off in it would lie off: `Belonging`.
     fits : channel -> posterior predictive p-value, of the worst press.
     conformity : to the specification; None without one, and where nothing is known of the specimen.
     seconds : of processor time.
@@ -109,6 +112,7 @@ class Inspected:
     estimates: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
     force: float = math.nan
     strangers: tuple[Stranger, ...] = ()
+    of_another_kind: Mapping[str, float] = field(default_factory=dict)
     fits: Mapping[str, float] = field(default_factory=dict)
     conformity: AsBuilt | None = None
     seconds: float = 0.0
@@ -295,10 +299,10 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         reason = Reason("range", "red", why, "Check its files, the ball and the thicknesses; or use less of the press")
         return replace(blank, verdict=verdict_of([*one.reasons, reason, *inspection.reasons]))
     weighted = found
-    strangers = belongs(newcomer, found.weight @ found.own)
-    strangers = tuple(replace(s, specimen=one.name) for s in strangers)
+    held = belongs(newcomer, found.weight @ found.own)
+    strangers = tuple(replace(s, specimen=one.name) for s in held.strangers)
     strays = list(_strays(strangers))
-    known = [*one.reasons, *_unpaired(newcomer), *(strays or _could_pass_for_the_lot(strangers))]
+    known = [*one.reasons, *_unpaired(newcomer), *(strays or _could_pass_for_the_lot(held))]
     posterior, predictions, verdict = _judged(inspection, found, known)
     how: How = "weighted draws"
     effective = found.effective_draws
@@ -337,6 +341,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         estimates=estimates | _of_draws(signal, stroke) if usable else {},
         force=inspection.force,
         strangers=strangers,
+        of_another_kind=held.of_another_kind,
         fits=_fits(predictions),
         conformity=conformity if usable else None,
     )
@@ -405,10 +410,6 @@ def _alone(press: Press) -> Iterator[Reason]:
         yield Reason("files", "red", finding, "Put that beside it, with the same name but for the instrument's, or move it out")
 
 
-# A specimen whose material is off by this factor has to be told from those of the lot.
-_OFF = 1.25
-
-
 def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
     """Whether a newcomer does not belong to its lot."""
     ordered = sorted(strangers, key=lambda s: -abs(s.z))
@@ -424,27 +425,31 @@ def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
             return
 
 
-def _could_pass_for_the_lot(strangers: Sequence[Stranger]) -> Iterator[Reason]:
-    """Whether a newcomer of another material could pass for one of its lot."""
-    quantity, sd = hardly_foretold(strangers)
-    if sd * conflict_limit(len(strangers)) > math.log(_OFF):
+def _could_pass_for_the_lot(held: Belonging) -> Iterator[Reason]:
+    """Whether a newcomer of another material could pass for one of its lot, by the very test that it is held to."""
+    if not held.strangers:
+        finding = "whether it belongs to the lot is not told: the model covers hardly any of what the lot lets one expect of it"
+        yield Reason("range", "amber", finding, "Use less of the press, or calibrate it by itself")
+    quantity, z = hardly_told(held.of_another_kind)
+    limit = conflict_limit(len(held.strangers))
+    if z <= limit:
         finding = (
-            f"whether a specimen belongs to the lot is hardly told: of one that does the lot foretells "
-            f"{QUANTITIES[quantity].label} to {sd * 100:.0f} % (sd), so that one of another kind may pass for it"
+            f"whether a specimen belongs to the lot is hardly told: one whose {QUANTITIES[quantity].label} is "
+            f"{100 * OFF:.0f} % off would lie {z:.1f} standard deviations off what the lot lets one expect, and is named "
+            f"beyond {limit:.1f}, so that one of another kind may pass for it"
         )
         action = "Calibrate the lot with more specimens, or say in [priors] how much its specimens differ, as you know it"
         yield Reason("spread", "amber", finding, action)
 
 
-def hardly_foretold(strangers: Sequence[Stranger]) -> tuple[str, float]:
-    """Which quantity of the material a lot foretells least of a newcomer, and to what standard deviation [1]; "" for none.
+def hardly_told(of_another_kind: Mapping[str, float]) -> tuple[str, float]:
+    """Which quantity of the material tells least of one of another kind, and how far [1] that would lie off; "" for none.
 
     Parameters
     ----------
-    strangers : how far the newcomer lies off what the lot lets one expect.
+    of_another_kind : as in `Inspected`.
     """
-    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
-    return max(known.items(), key=lambda one: one[1], default=("", 0.0))
+    return min(of_another_kind.items(), key=lambda one: one[1], default=("", math.inf))
 
 
 def _left_open(found: AsBuilt, s: Specification, effective: float) -> Iterator[Reason]:
@@ -518,7 +523,8 @@ def inspected_to_plain(one: Inspected) -> dict[str, Any]:
     plain["verdict"] = one.verdict.to_plain()
     plain["strangers"] = [asdict(s) for s in one.strangers]
     plain["conformity"] = None if one.conformity is None else {**asdict(one.conformity), "fails": dict(one.conformity.fails)}
-    plain["estimates"], plain["fits"] = dict(one.estimates), dict(one.fits)
+    for name in ("estimates", "fits", "of_another_kind"):
+        plain[name] = dict(getattr(one, name))
     return plain
 
 

@@ -51,9 +51,9 @@ from models.response import Forward
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
 
 #: Raise it with every change that makes the numbers of a specimen others.
-BATCH_VERSION = 4
+BATCH_VERSION = 5
 
-_LINE, _KIND = "inspected specimen", "batch"
+_LINE, _KIND, _OF = "inspected specimen", "batch", "batch of"
 # Processor time that a specimen takes where none has been inspected yet [s].
 _USUALLY = 1.5
 
@@ -79,7 +79,7 @@ def batch_in(
     ----------
     run : the calibration of the lot.
     files : folder of lab files, paired as by `calib init`.
-    folder : for the batch; one in it is gone on with.
+    folder : for the batch; one of the same files and lot in it is gone on with.
     executor : any of `concurrent.futures`; None for this process.
     specification : that they are held against; None for none.
     like : name of the specimen of the lot that they were meant to be like; None if all of the lot were meant to be alike.
@@ -97,7 +97,7 @@ def batch_in(
     NotUsableError
         If the verdict on the calibration of the lot is red; nothing is written then.
     InputError
-        If an input cannot be used, or the folder is that of something else.
+        If an input cannot be used, or the folder is that of something else, such as the batch of other files or another lot.
     """
     files, folder = Path(files), Path(folder)
     require_own_forward(run)
@@ -115,6 +115,7 @@ def batch_in(
     with owned(folder, "calib batch"):
         _require_own(folder)
         ones, left_out = newcomers_in(files, inspection, folder)
+        _require_of(folder, run, files, ones)
         parts = _parts(run, inspection)
         keys = [_key(parts, one) for one in ones]
         wanted = set(keys)
@@ -123,7 +124,7 @@ def batch_in(
         seconds = sum(row.seconds for row in made.values()) / len(made) if made else _USUALLY
         planned(len(missing), len(ones), seconds)
         progress(len(ones) - len(missing), len(ones))
-        write_text(folder / LINES, "".join(_line(key, row) for key, row in made.items()))
+        write_text(folder / LINES, _of(run, files) + "".join(_line(key, row) for key, row in made.items()))
         left = [(keys[k], ones[k]) for k in missing]
         with workers(0) if executor is None else nullcontext(executor) as crew:
             futures = {crew.submit(inspect, inspection, one): key for key, one in left}
@@ -187,6 +188,53 @@ def _require_own(folder: Path) -> None:
     if others:
         message = f"this folder holds other files ({', '.join(sorted(others)[:3])}), and a batch wants one of its own"
         raise InputError(Fault(message, folder, advice="Choose another -o"))
+
+
+def _of(run: Run, files: Path) -> str:
+    """The line of which lot and lab files a batch is."""
+    lot = {"name": run.posterior.experiment.name, "run": str(run.folder.absolute()), "posterior": run.posterior_sha256}
+    return record_to_text(_OF, BATCH_VERSION, {"lot": lot, "files": str(files.absolute())}, indent=None)
+
+
+def _require_of(folder: Path, run: Run, files: Path, ones: Sequence[Presented]) -> None:
+    """Refuse to put a batch in the place of one of other lab files or of another lot; one that only lies elsewhere is none."""
+    there = [record for name in (RECORD, LINES) for record in _plain_records(folder / name)]
+    of = next((record for record in there if "files" in record and isinstance(record.get("lot"), dict)), None)
+    advice = "Choose another -o; or move that batch away, or delete it"
+    if of is None:
+        if any((folder / name).exists() and (folder / name).stat().st_size for name in (LINES, TABLE, RECORD, PAGE)):
+            message = "this folder holds a batch that does not say of which lab files and which lot it is"
+            raise InputError(Fault(message, folder, advice=advice))
+        return
+    found = [row for record in there for row in (record.get("row"), *(record.get("specimens") or ()))]
+    rows = [row for row in found if isinstance(row, dict) and {"name", "files"} <= set(row)]
+    if not rows and not (folder / RECORD).exists():
+        return
+    lot = of["lot"]
+    same_lot = run.posterior_sha256 == lot.get("posterior") or real_path(run.folder) == real_path(Path(str(lot.get("run"))))
+    kept = {digest for row in rows for _, digest in row["files"]}
+    # A copy of all of it in another place is the same batch: nothing of it is lost.
+    copied = bool(kept) and kept <= {digest for one in ones for _, digest in one.files}
+    if not same_lot or not (copied or real_path(files) == real_path(Path(str(of["files"])))):
+        n = len({row["name"] for row in rows})
+        told = f"the batch of {of['files']} ({n} specimen{'' if n == 1 else 's'}), given the lot {lot.get('run')}"
+        wanted = f"the batch of {files.absolute()}, given {run.folder.absolute()}"
+        raise InputError(Fault(f"this folder holds {told}; {wanted}, would take its place", folder, advice=advice))
+
+
+def _plain_records(path: Path) -> list[dict[str, Any]]:
+    """What a file of records holds, of whatever version and whether it is as it was written or not."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    found = []
+    for part in [text] if path.name == RECORD else text.splitlines():
+        try:
+            found.append(json.loads(part))
+        except (ValueError, RecursionError):
+            continue
+    return [record for record in found if isinstance(record, dict)]
 
 
 # --- what is in the folder of lab files ---------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ def test_a_sound_specimen_is_known_as_well_as_its_readings_tell(made: tuple[Batc
     row = _row(made[0], "s01")
     assert (row.light, row.own, row.belongs) == ("amber", (), "not told")
     (blind,) = made[0].of_lot.reasons  # a lot of two hardly knows how much its specimens differ
-    assert "hardly told: of one that does the lot foretells Young's modulus of the sensor to " in blind.finding
+    assert "hardly told: one whose Young's modulus of the sensor is 25 % off would lie " in blind.finding
     assert row.how == "weighted draws"
     for quantity, truth in (("sensor_thickness", 0.74e-3), ("padding_thickness", 1.1e-3), ("young_modulus", 0.62e6)):
         mean, sd, low, high = row.estimates[quantity]
@@ -202,22 +202,71 @@ def test_a_batch_goes_on_where_it_was_stopped_and_computes_again_what_has_change
     with pytest.raises(KeyboardInterrupt):
         batch_in(run, mine, folder, _Counting(most=2), **given)
     kept = (folder / "inspected.jsonl").read_text(encoding="utf-8")
-    assert len(kept.splitlines()) == 2
+    assert len(kept.splitlines()) == 3  # which lot and files it is of, and the two that were done
     assert not (folder / "batch.json").exists()
     counting = _Counting()
     whole = batch_in(run, mine, folder, counting, **given)
-    assert len(counting.names) == 3 - len(kept.splitlines())
+    assert len(counting.names) == 1
     assert [row.name for row in whole.rows] == ["s01", "s02", "s03"]
     # A line that was not written to its end, or was changed, counts for nothing.
-    lines = (folder / "inspected.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
+    of, *lines = (folder / "inspected.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
     changed = lines[0].replace('"effective":', '"effective": 1e9, "was":')
-    (folder / "inspected.jsonl").write_text(changed + lines[1] + lines[2][:100], encoding="utf-8")
+    (folder / "inspected.jsonl").write_text(of + changed + lines[1] + lines[2][:100], encoding="utf-8")
     _press(mine, "s02", 22)
     counting = _Counting()
     again = batch_in(run, mine, folder, counting, **given)
     assert len(counting.names) == len({json.loads(lines[0])["row"]["name"], json.loads(lines[2])["row"]["name"], "s02"})
     assert _row(again, "s01").estimates == _row(whole, "s01").estimates
     assert _row(again, "s02").estimates != _row(whole, "s02").estimates
+
+
+def test_a_batch_takes_no_other_ones_place(run: Run, tmp_path: Path) -> None:
+    folder, monday, tuesday = (tmp_path / name for name in ("out", "monday", "tuesday"))
+    for k, week in enumerate((monday, tuesday)):
+        week.mkdir()
+        _press(week, f"s0{k}", k)
+    given: dict[str, Any] = {"like": "sensor 1", "chain_seconds": 0.0}
+
+    def make(files: Path, of: Run = run) -> list[str]:
+        counting = _Counting()
+        batch_in(of, files, folder, counting, **given)
+        return counting.names
+
+    def state() -> dict[str, bytes]:
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    make(monday)
+    before = state()
+    with pytest.raises(InputError, match="would take its place") as refused:
+        make(tuesday)
+    (fault,) = refused.value.faults
+    assert f"the batch of {monday} (1 specimen), given the lot {run.folder}" in fault.message
+    assert "Choose another -o" in str(fault.advice)
+    other = _judged(Run(tmp_path / "other", run.posterior, run.forward, "f" * 64), verdict_of([]))
+    with pytest.raises(InputError, match="would take its place"):
+        make(monday, other)
+    # Nor does it while the first is not finished, or an older version wrote it.
+    finished = folder / "batch.json"
+    record = finished.read_bytes()
+    finished.unlink()
+    with pytest.raises(InputError, match="would take its place"):
+        make(tuesday)
+    finished.write_bytes(record)
+    (folder / "inspected.jsonl").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="would take its place"):
+        make(tuesday)
+    for name, content in before.items():
+        (folder / name).write_bytes(content)
+    # The same files and lot go on, also from another place; more of them are added.
+    assert make(monday) == []
+    moved = tmp_path / "moved"
+    monday.rename(moved)
+    _press(moved, "s09", 9)
+    assert make(moved) == ["s09"]
+    (folder / "batch.json").write_text("{}", encoding="utf-8")
+    (folder / "inspected.jsonl").unlink()
+    with pytest.raises(InputError, match="does not say of which lab files"):
+        make(moved)
 
 
 def test_what_was_written_agrees_and_a_change_of_it_is_found(made: tuple[Batch, Path], lab: Path, tmp_path: Path) -> None:

@@ -9,8 +9,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from calib.checks.belonging import belongs
+from calib.checks.belonging import Belonging, belongs
 from calib.decision.as_built import as_built, signal_as_built
+from calib.decision.inspection import _could_pass_for_the_lot
 from calib.errors import InputError
 from calib.experiment import Limit, Specification
 from calib.lab import Sweep
@@ -22,6 +23,7 @@ from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import of_lot
 from calib.problem.values import columns_at
 from calib.sampling.estimate import look_at
+from calib.sampling.findings import FirstEstimate, Stranger
 from calib.sampling.newcomer import GivenLot, given_lot, joined_problem, lot_of, posterior_of, quantiles
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -104,11 +106,41 @@ def test_one_that_is_of_another_lot_is_told_by_what_it_differs_in(make_posterior
     posterior = _lot(make_posterior)
     strange = _newcomer(posterior, 1.3e6)
     found = given_lot(strange, 1)
-    strangers = {s.quantity: s for s in belongs(strange, found.weight @ found.own)}
+    strangers = {s.quantity: s for s in belongs(strange, found.weight @ found.own).strangers}
     assert strangers["young_modulus"].z > 3.0
     assert strangers["young_modulus"].ratio.mean > 1.5
-    sound = {s.quantity: s for s in belongs(_given(make_posterior).newcomer, _middle(_given(make_posterior)))}
+    sound = {s.quantity: s for s in belongs(_given(make_posterior).newcomer, _middle(_given(make_posterior))).strangers}
     assert max(abs(s.z) for s in sound.values()) < 2.5
+
+
+@pytest.mark.parametrize("off", [1.25, 0.75])
+def test_one_that_is_a_quarter_off_lies_off_as_far_as_is_foretold_of_it(make_posterior: MakePosterior, off: float) -> None:
+    lot = lot_of(_lot(make_posterior))
+    modulus = off * float(np.median(lot.values["young_modulus"]))
+    z, foretold = [], []
+    for seed in range(4):
+        press = _press("new", modulus, 0.76e-3, 1.2e-3, np.random.default_rng(seed))
+        one = newcomer_of(lot, newcomer_experiment(lot, template_of(lot), "new"), [press], ClosedForm(), "sensor 1")
+        held = belongs(one, _middle(given_lot(one, 1)))
+        z.append(max(abs(s.z) for s in held.strangers))
+        foretold.append(held.of_another_kind["young_modulus"])
+    assert np.mean(z) == pytest.approx(np.mean(foretold), abs=0.4)
+
+
+def test_a_lot_hardly_tells_where_one_that_is_a_quarter_off_is_not_named() -> None:
+    # The standard deviation is small for 25 %, but the tails are wide: what counts is what would be named.
+    shift = Stranger("new", FirstEstimate(1.254, 0.06), 2.82, "young_modulus")
+    strangers = (
+        shift,
+        *[replace(shift, quantity=f"{layer}_thickness", z=0.1) for layer in ("sensor", "padding", "dielectric")],
+    )
+    told = {"young_modulus": 3.4, "relative_permittivity": 3.2}
+    assert not list(_could_pass_for_the_lot(Belonging(strangers, told)))
+    (reason,) = _could_pass_for_the_lot(Belonging(strangers, told | {"young_modulus": 2.8}))
+    assert (reason.gate, reason.level) == ("spread", "amber")
+    assert "would lie 2.8 standard deviations off" in reason.finding
+    (reason,) = _could_pass_for_the_lot(Belonging())
+    assert (reason.gate, reason.level) == ("range", "amber")
 
 
 def test_specimens_of_a_lot_lie_off_it_as_standard_normal_numbers(make_posterior: MakePosterior) -> None:
@@ -136,7 +168,7 @@ def test_specimens_of_a_lot_lie_off_it_as_standard_normal_numbers(make_posterior
             noise = np.sqrt(channel.variance[0]) * rng.standard_normal(channel.observed.size)
             read[name] = replace(sweep.channels[name], value=channel.mean[0] + wrong + noise)
         one = newcomer_of(plain.lot, plain.experiment, [replace(sweep, channels=read)], ClosedForm(), "sensor 1")
-        z += [s.z for s in belongs(one, own) if s.quantity == "young_modulus"]
+        z += [s.z for s in belongs(one, own).strangers if s.quantity == "young_modulus"]
     assert 0.6 < float(np.sqrt(np.mean(np.square(z)))) < 1.45
 
 
