@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calib.catalogue import QUANTITIES, UnknownName, unknowns_of
+from calib.lab import repeated_channels
 from calib.problem import ParameterInfo
 from calib.sampling import Posterior
 from models.sensor import FloatArray
@@ -214,18 +215,20 @@ def differences_of(
 def shared_data(first: Posterior, second: Posterior) -> list[str]:
     """Say in words which data two posteriors have in common: files of the same content, and the same readings in other files.
 
+    Files that were cut, saved anew or renamed count, see `calib.lab.repeated_channels`.
+
     Parameters
     ----------
     first, second : the posteriors.
     """
     known = {sha: name for sweep in first.sweeps for name, sha in sweep.files}
     found = [f"the file {name}" for sweep in second.sweeps for name, sha in sweep.files if sha in known]
-    readings = {points.value.tobytes(): sweep.title for sweep in first.sweeps for points in sweep.channels.values()}
     found += [
         f"the same {channel} readings of {sweep.title}"
         for sweep in second.sweeps
-        for channel, points in sweep.channels.items()
-        if points.value.tobytes() in readings and not any(sha in known for _, sha in sweep.files)
+        if not any(sha in known for _, sha in sweep.files)
+        for other in first.sweeps
+        for channel in repeated_channels(other, sweep)
     ]
     return list(dict.fromkeys(found))
 

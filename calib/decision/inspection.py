@@ -43,7 +43,7 @@ from calib.experiment import (
     SweepFiles,
     read_sweeps,
 )
-from calib.lab import Sweep
+from calib.lab import Sweep, repeated_channels
 from calib.problem import CalibratedLot, Newcomer, lookup, newcomer_experiment, newcomer_of, outside_faults, specimen_design
 from calib.sampling import (
     FirstEstimate,
@@ -291,6 +291,8 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     sweeps = read_sweeps(experiment)
     if {digest for sweep in sweeps for _, digest in sweep.files} != {digest for _, digest in one.files}:
         raise InputError(Fault("its files have changed since they were looked at", advice="Run the command again"))
+    if again := _of_the_lot(inspection.sweeps, sweeps):
+        return replace(blank, verdict=verdict_of([*one.reasons, again]))
     newcomer = newcomer_of(lot, experiment, sweeps, inspection.forward, like)
     found = given_lot(newcomer, seed)
     if not found.weight.size:
@@ -345,6 +347,27 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         fits=_fits(predictions),
         conformity=conformity if usable else None,
     )
+
+
+def _of_the_lot(lot: Sequence[Sweep], sweeps: Sequence[Sweep]) -> Reason | None:
+    """That a newcomer is no new one: its readings, or a part of them, are those of a specimen of the lot."""
+    for known in lot:
+        for sweep in sweeps:
+            if channels := repeated_channels(known, sweep):
+                return counted_already(known.specimen, f"{' and '.join(channels)} readings")
+    return None
+
+
+def counted_already(specimen: str, what: str = "readings") -> Reason:
+    """What speaks against a newcomer that is a specimen of its lot.
+
+    Parameters
+    ----------
+    specimen : of the lot.
+    what : is the same.
+    """
+    finding = f"its {what} are those of {specimen} of the lot, which counts them already"
+    return Reason("files", "red", finding, "Leave it out: `calib report` has what is known of it")
 
 
 def _its_own(reasons: Sequence[Reason], strays: Sequence[Reason], of_lot: Sequence[Reason]) -> Iterator[Reason]:

@@ -26,6 +26,7 @@ from calib.decision import (
     Inspected,
     Inspection,
     Presented,
+    counted_already,
     expected_of,
     inspect,
     inspected_from_plain,
@@ -40,12 +41,14 @@ from calib.problem import template_of
 from calib.records import exact_record_from_text, record_from_text, record_to_text
 from calib.runs.arrivals import keep_as_they_come
 from calib.runs.certified import Finding
+from calib.runs.counted_twice import held_twice, readings_in, readings_of_run
 from calib.runs.export import NotUsableError
 from calib.runs.folder import Run, fast_forward, require_own_forward
 from calib.runs.ownership import owned, owner_of
 from calib.sampling import Posterior, lot_of
 from calib.workers import workers
 from models.response import Forward
+from models.sensor import IntArray
 
 #: Names of the files of a batch: a line for each specimen as it comes, and what they say together.
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
@@ -302,23 +305,28 @@ def _records(specimen: Pressed) -> Iterator[Any]:
 
 
 def _copies(specimens: Sequence[Pressed], inspection: Inspection) -> dict[int, tuple[Reason, ...]]:
-    """What speaks against specimens with the same readings as another, or as the lot itself."""
+    """What speaks against specimens with the same readings as another, or as the lot itself, whole or in part."""
     of_lot = {sha256: sweep.specimen for sweep in inspection.sweeps for _, sha256 in sweep.files}
-    keys = [{(r.table.sha256, r.reading.specimen) for r in _records(s)} for s in specimens]
-    counts = Counter(key for own in keys for key in own)
+    lot = readings_of_run(inspection.lot.experiment, inspection.sweeps)
+    readings: dict[str | int, Sequence[IntArray]] = dict(lot.items())
+    readings.update({k: readings_in(list(_records(s))) for k, s in enumerate(specimens)})
+    bytes_of = [{(r.table.sha256, r.reading.specimen) for r in _records(s)} for s in specimens]
+    same = {frozenset(pair) for pair in held_twice(readings)}
     found: dict[int, tuple[Reason, ...]] = {}
-    for k, own in enumerate(keys):
+    for k in range(len(specimens)):
         reasons = []
-        mine = sorted({of_lot[sha256] for sha256, _ in own if sha256 in of_lot})
+        mine = sorted({of_lot[sha256] for sha256, _ in bytes_of[k] if sha256 in of_lot})
+        mine += [name for name in lot if frozenset({name, k}) in same and name not in mine]
         if mine:
-            finding = f"its readings are those of {mine[0]} of the lot, which counts them already"
-            reasons.append(Reason("files", "red", finding, "Leave it out: `calib report` has what is known of it"))
-        twice = [s.name for j, s in enumerate(specimens) if j != k and keys[j] & own]
-        if twice and any(counts[key] > 1 for key in own):
-            finding = (
-                f"its files have the same bytes as those of {', '.join(twice[:3])}: of which of them they are is not known"
-            )
-            reasons.append(Reason("files", "red", finding, "Leave out the copy, or put the right file in its place"))
+            reasons.append(counted_already(mine[0]))
+        others = [j for j in range(len(specimens)) if j != k]
+        copies = [j for j in others if bytes_of[j] & bytes_of[k]]
+        parts = [j for j in others if frozenset({j, k}) in same and j not in copies]
+        for alike, what in ((copies, "its files have the same bytes as those"), (parts, "its readings, or a part, are those")):
+            if alike:
+                names = ", ".join(specimens[j].name for j in alike[:3])
+                finding = f"{what} of {names}: of which of them they are is not known"
+                reasons.append(Reason("files", "red", finding, "Leave out the copy, or put the right file in its place"))
         if reasons:
             found[k] = tuple(reasons)
     return found

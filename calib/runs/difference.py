@@ -16,6 +16,7 @@ from calib.decision import largest_force
 from calib.experiment import Experiment, experiment_to_json
 from calib.priors import prior_from_json
 from calib.problem import specimen_design
+from calib.runs.counted_twice import held_twice, readings_of_run
 from calib.runs.folder import Run
 from calib.sampling import Posterior
 from calib.visible import visible
@@ -44,9 +45,19 @@ def diff_runs(first: Run, second: Run, *, same_specimens: bool = False) -> Diffe
     """
     names = _names(first, second)
     found = differences_of(first.posterior, second.posterior, names, same_specimens=same_specimens)
+    if not found.shared and (again := _cut(first, second)):
+        unweighed = tuple(replace(pair, z=None, why="data in both") for pair in found.pairs)
+        found = replace(found, pairs=unweighed, shared=again)
     changed = tuple(_changed(first, second))
     loadings = (*_loadings(first, names[0]), *_loadings(second, names[1]))
     return replace(found, changed=changed, loadings=loadings, colours=(first.verdict.colour, second.verdict.colour))
+
+
+def _cut(first: Run, second: Run) -> tuple[str, ...]:
+    """Say in words which readings are in the lab files of both, where these still lie; points do not tell of every cut."""
+    both = [(k, readings_of_run(run.posterior.experiment, run.posterior.sweeps)) for k, run in enumerate((first, second))]
+    pairs = held_twice({(k, name): rows for k, of in both for name, rows in of.items()})
+    return tuple(f"the same readings of {name}" for (k, _), (j, name) in pairs if k != j)
 
 
 def _names(first: Run, second: Run) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -33,7 +34,10 @@ def runs(make_posterior: Callable[..., Posterior], tmp_path_factory: pytest.Temp
     other = tuple(
         replace(
             sweep,
-            channels={name: replace(points, value=points.value + 1e-15) for name, points in sweep.channels.items()},
+            channels={
+                name: replace(points, value=points.value + 0.1 * sweep.noise[name] * (-1.0) ** np.arange(points.value.size))
+                for name, points in sweep.channels.items()
+            },
             files=tuple((f"new {name}", "12" * 32) for name, _ in sweep.files),
         )
         for sweep in single.sweeps

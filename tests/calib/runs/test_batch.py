@@ -25,8 +25,12 @@ from calib.decision import Batch, Inspected
 from calib.decision.as_built import AsBuilt
 from calib.decision.trend import trend_of
 from calib.errors import InputError
+<<<<<<< HEAD
 from calib.experiment import Limit, Specification
 from calib.priors import Uniform
+=======
+from calib.experiment import read_sweeps
+>>>>>>> 45f3587b615ffc501ab84a511cb59d5d8cc4d2e8
 from calib.report import batch_page
 from calib.runs import Run, batch_in, load_run, verify_batch
 from calib.runs.batch import batch_csv
@@ -191,6 +195,57 @@ def test_files_of_the_lot_itself_are_not_counted_twice(run: Run, lab: Path, tmp_
     found = batch_in(again, folder, tmp_path / "batch", _Counting(), like="sensor 1")
     assert found.rows[0].light == "red"
     assert "those of sensor 1 of the lot" in found.rows[0].verdict.reasons[0].finding
+
+
+def _cut(path: Path, before: int, after: int) -> str:
+    """What a file has left without some rows at either end."""
+    head, *rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    return head + "".join(rows[before : len(rows) - after])
+
+
+def test_a_specimen_of_the_lot_is_known_again_though_its_files_were_cut(run: Run, tmp_path: Path) -> None:
+    lab, again = tmp_path / "lab", tmp_path / "again"
+    lab.mkdir()
+    again.mkdir()
+    _press(lab, "lot1", 1)
+    _press(again, "s01", 2)
+    files = tuple((name, hashlib.sha256((lab / name).read_bytes()).hexdigest()) for name in ("lot1_press.csv", "lot1_cap.csv"))
+    for kind in ("press", "cap"):
+        # One lacks readings at both ends, and another one some before contact, which moves few of the points that a run keeps.
+        (again / f"s02_{kind}.csv").write_text(_cut(lab / f"lot1_{kind}.csv", 3, 60), encoding="utf-8")
+        (again / f"s03_{kind}.csv").write_text(_cut(lab / f"lot1_{kind}.csv", 2, 0), encoding="utf-8")
+    first, *others = run.posterior.experiment.specimens
+    entry = replace(first.sweeps[0], force=lab / "lot1_press.csv", capacitance=lab / "lot1_cap.csv")
+    experiment = replace(run.posterior.experiment, specimens=(replace(first, sweeps=(entry,)), *others))
+    sweeps = run.posterior.sweeps
+    (read,) = read_sweeps(replace(experiment, specimens=(replace(first, sweeps=(entry,)),)))
+    for lies_there in (True, False):
+        kept = replace(sweeps[0] if lies_there else read, specimen="sensor 1", files=files)
+        posterior = replace(run.posterior, experiment=experiment, sweeps=(kept, *sweeps[1:]))
+        known = _judged(Run(run.folder, posterior, run.forward, run.posterior_sha256), verdict_of([]))
+        if not lies_there:
+            shutil.rmtree(lab)
+            (again / "s02_press.csv").unlink()
+            (again / "s02_cap.csv").unlink()
+        batch = batch_in(known, again, tmp_path / f"batch {lies_there}", _Counting(), like="sensor 1", chain_seconds=0.0)
+        assert _row(batch, "s01").light != "red"
+        for name in ("s02", "s03") if lies_there else ("s03",):
+            row = _row(batch, name)
+            assert (row.light, row.how) == ("red", "none")
+            assert "readings are those of sensor 1 of the lot, which counts them already" in row.verdict.reasons[0].finding
+
+
+def test_a_part_of_another_ones_files_is_red_on_both_sides(run: Run, tmp_path: Path) -> None:
+    for name, seed in (("s01", 1), ("s02", 2)):
+        _press(tmp_path, name, seed)
+    for kind in ("press", "cap"):
+        (tmp_path / f"s03_{kind}.csv").write_text(_cut(tmp_path / f"s01_{kind}.csv", 5, 9), encoding="utf-8")
+    batch = batch_in(run, tmp_path, tmp_path / "batch", _Counting(), like="sensor 1", chain_seconds=0.0)
+    for name, other in (("s01", "s03"), ("s03", "s01")):
+        (reason,) = _row(batch, name).verdict.reasons
+        assert reason.level == "red"
+        assert f"its readings, or a part, are those of {other}" in reason.finding
+    assert _row(batch, "s02").light != "red"
 
 
 def test_a_batch_goes_on_where_it_was_stopped_and_computes_again_what_has_changed(run: Run, lab: Path, tmp_path: Path) -> None:

@@ -1,0 +1,97 @@
+"""Two series of readings, or two sweeps, in; whether one holds the readings of the other, however its file was cut, out.
+
+A file that was cut to a part, saved anew or renamed has other bytes and the same readings. Of two presses of one machine single
+readings agree to the last digit, as there are only so many digits, and so do ramps that it was told to follow; several noisy
+ones in a row do not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calib.lab.sweep import Sweep
+from models.sensor import FloatArray, IntArray
+
+# Readings in a row that have to agree, and how many different steps from one to the next they have to take.
+_ROW, _UNLIKE = 8, 4
+# Binary digits (nine decimal ones) to which they agree, so that another unit in the file is no other reading.
+_DIGITS = 30
+#: Share [1] of the shorter series that stands in the other where they are the same.
+SAME = 0.5
+# Points of a channel that have to agree, at least, and to which share of the standard deviation of a point.
+_POINTS, _EXACTLY = 8, 0.01
+# Of rows of long records those with a remainder of zero are compared, this many at most.
+_MOST = 4000
+
+
+def rows_of(readings: FloatArray) -> IntArray:
+    """Numbers that stand for the readings of a series, so many in a row each; for none that stand still or follow a ramp.
+
+    Parameters
+    ----------
+    readings : (n,), in the order of reading; what is no number is passed over.
+
+    Returns
+    -------
+    Each once, in order, (n_row,).
+    """
+    value = readings[np.isfinite(readings)]
+    if value.size < _ROW:
+        return np.empty(0, dtype=np.int64)
+    mantissa, exponent = np.frexp(value)
+    digits = np.round(mantissa * 2.0**_DIGITS).astype(np.int64) + (exponent.astype(np.int64) << (_DIGITS + 2))
+    rows = np.lib.stride_tricks.sliding_window_view(digits, _ROW)
+    steps = np.round(np.diff(value) * 2.0**_DIGITS / max(float(np.max(np.abs(value))), 1e-300)).astype(np.int64)
+    steps = np.sort(np.lib.stride_tricks.sliding_window_view(steps, _ROW - 1), axis=1)
+    unlike = 1 + np.count_nonzero(np.diff(steps, axis=1) > 2, axis=1)
+    # Odd numbers of 63 bits, always the same: sums that wrap round differ wherever readings do.
+    by = np.random.default_rng(0).integers(2**62, 2**63 - 1, _ROW, dtype=np.int64) | 1
+    return np.unique(rows[unlike >= _UNLIKE] @ by)
+
+
+def share_in_both(first: IntArray, second: IntArray) -> float:
+    """Which share [1] of the rows of the shorter series are in the other.
+
+    Parameters
+    ----------
+    first, second : from `rows_of`.
+
+    Examples
+    --------
+    >>> readings = np.random.default_rng(1).normal(size=300).round(3)
+    >>> round(share_in_both(rows_of(readings), rows_of(1e3 * readings[40:200] / 1e3)), 2)
+    1.0
+    """
+    fewest = min(first.size, second.size)
+    every = max(1, fewest // _MOST)
+    one, other = (rows if every == 1 else rows[rows % every == 0] for rows in (first, second))
+    fewest = min(one.size, other.size)
+    return float(np.intersect1d(one, other, assume_unique=True).size / fewest) if fewest >= _ROW else 0.0
+
+
+def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
+    """Say of which channels two sweeps have the same readings.
+
+    Told by the tester's record, where they keep it, and by points: of the same readings these agree far better than their
+    standard deviations, one after the other, but where the cut lies.
+
+    Parameters
+    ----------
+    first, second : the sweeps.
+    """
+    found = [name for name in first.channels if name in second.channels and _same_points(first, second, name)]
+    if "force" not in found and first.track is not None and second.track is not None:
+        tracks = (rows_of(track.force) for track in (first.track, second.track))
+        found += ["force"] if share_in_both(*tracks) >= SAME else []
+    return tuple(found)
+
+
+def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
+    one, other = first.channels[name], second.channels[name]
+    points = min(one.value.size, other.value.size)
+    sd = min(sweep.noise[name] for sweep in (first, second)) / np.sqrt(np.max(other.n_effective))
+    away = np.abs(one.value[:, None] - other.value) <= _EXACTLY * sd
+    # Points of one are those of the other moved on by as many places, as many as were cut off.
+    places = np.arange(one.value.size)[:, None] - np.arange(other.value.size)
+    counts = np.unique(places[away], return_counts=True)[1]
+    return bool(counts.size and np.max(counts) >= max(_POINTS, SAME * points))

@@ -1,0 +1,43 @@
+"""The same readings are known again however their file was cut; those of two presses of one machine are not taken for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from calib.lab import SAME, rows_of, share_in_both
+from models.sensor import FloatArray
+
+
+def _press(seed: int, digits: int = 3, noise: float = 0.005) -> FloatArray:
+    rng, depth = np.random.default_rng(seed), np.linspace(-0.1, 1.0, 1500)
+    force: FloatArray = np.round(5 * np.maximum(depth, 0) ** 1.5 + noise * rng.standard_normal(depth.size), digits)
+    return force
+
+
+def _share(first: FloatArray, second: FloatArray) -> float:
+    return share_in_both(rows_of(first), rows_of(second))
+
+
+@pytest.mark.parametrize("part", [slice(1, None), slice(300, None), slice(None, 900), slice(500, 800)])
+def test_a_part_of_a_record_is_known_again_in_any_unit(part: slice) -> None:
+    force = _press(1)
+    assert _share(force, force[part]) == 1.0
+    assert _share(force, 1e-3 * (1e3 * force[part])) > 0.99
+
+
+@pytest.mark.parametrize(("digits", "noise"), [(3, 0.005), (3, 0.001), (2, 0.005), (2, 0.001), (1, 0.01)])
+def test_two_presses_of_one_machine_are_not_the_same(digits: int, noise: float) -> None:
+    assert _share(_press(1, digits, noise), _press(2, digits, noise)) < 0.2 * SAME
+
+
+def test_ramps_that_a_machine_follows_and_what_stands_still_are_nobodys_own() -> None:
+    for commanded in (np.round(np.linspace(0, 5, 1500), 3), np.round(np.linspace(0, 5, 1500), 2), np.full(1500, 0.2)):
+        assert _share(commanded, commanded) == 0.0
+
+
+def test_long_records_are_known_again_by_some_of_their_rows() -> None:
+    rng = np.random.default_rng(3)
+    force = np.round(np.linspace(0, 5, 200_000) + 0.01 * rng.standard_normal(200_000), 4)
+    assert _share(force, force[777:150_000]) == 1.0
+    assert _share(force, force[::-1].copy()) < 0.01
