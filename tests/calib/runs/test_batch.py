@@ -25,12 +25,8 @@ from calib.decision import Batch, Inspected
 from calib.decision.as_built import AsBuilt
 from calib.decision.trend import trend_of
 from calib.errors import InputError
-<<<<<<< HEAD
-from calib.experiment import Limit, Specification
+from calib.experiment import Limit, Specification, read_sweeps
 from calib.priors import Uniform
-=======
-from calib.experiment import read_sweeps
->>>>>>> 45f3587b615ffc501ab84a511cb59d5d8cc4d2e8
 from calib.report import batch_page
 from calib.runs import Run, batch_in, load_run, verify_batch
 from calib.runs.batch import batch_csv
