@@ -372,6 +372,9 @@ def test_a_drift_is_told_and_none_is_where_there_is_none() -> None:
     value = 1 + 0.03 * rng.standard_normal(40)
     value[-1] = 9.0
     assert not trend_of("signal", place, value, "name").drifts
+    # No share falls by more than all of it, however few and scattered.
+    falling = trend_of("signal", np.arange(6.0), np.array([2.3, 0.4, 2.2, 0.3, 1.2, 0.2]), "name")
+    assert -1 < falling.interval[0] < falling.change < 0
     assert "too few" in trend_of("signal", place[:4], value[:4], "name").in_words("the signal")
 
 
