@@ -33,6 +33,8 @@ from models.sensor import FloatArray, IntArray
 OFF = 0.25
 # Draws of the lot, and step of the differences in coordinates and logarithms.
 _DRAWS, _STEP = 400, 1e-3
+# Logarithm beyond which a ratio is as good as nought or infinite.
+_FARTHEST = 50.0
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,13 @@ class Belonging:
     Attributes
     ----------
     strangers : of each quantity, how far it is off; nothing where the model covers hardly any of what the lot foretells.
+    off : channel -> how far its readings are off what is foretold of them, the farthest as a share of the largest [1].
     of_another_kind : quantity of the material -> the largest z [1] by (2), of all quantities, of one whose readings are those
         foretold but for that quantity, which is off by `OFF`; of more and less the one that stands out less.
     """
 
     strangers: tuple[Stranger, ...] = ()
+    off: Mapping[str, float] = field(default_factory=dict)
     of_another_kind: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -81,13 +85,23 @@ def belongs(newcomer: Newcomer, own: FloatArray) -> Belonging:
     tests = list(_tests(by_value, whole, each, foretold.mean))
     strangers = []
     for test in tests:
-        ratio = float(np.exp(test.told @ (foretold.observed - mean) / test.precision))
+        ratio = float(np.exp(np.clip(test.told @ (foretold.observed - mean) / test.precision, -_FARTHEST, _FARTHEST)))
         shift = FirstEstimate(ratio, ratio * test.precision**-0.5)
         strangers.append(Stranger(newcomer.name, shift, test.z(foretold.observed), test.quantity))
     # Force and capacitance are proportional to what they are of: to first order in the quantity, not its logarithm.
     off = {q: OFF * by_value[q] for q in by_value if q in unknowns_of("material")}
     ways = {q: [max(abs(test.z(mean + way * step)) for test in tests) for way in (1, -1)] for q, step in off.items() if tests}
-    return Belonging(tuple(strangers), {q: min(both) for q, both in ways.items()})
+    return Belonging(tuple(strangers), _off(foretold, mean), {q: min(both) for q, both in ways.items()})
+
+
+def _off(foretold: _Foretold, mean: FloatArray) -> dict[str, float]:
+    """How far the readings of each channel are off, the farthest over the largest that is foretold."""
+    found = {}
+    for name in dict.fromkeys(foretold.channels):
+        there = np.array([one == name for one in foretold.channels])
+        largest = float(np.max(np.abs(mean[there])))
+        found[name] = float(np.max(np.abs(foretold.observed - mean)[there])) / largest if largest > 0 else 0.0
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +134,8 @@ def _tests(by_value: Mapping[str, FloatArray], whole: FloatArray, each: FloatArr
 class _Foretold:
     """Readings of all channels, one after the other, for draws of the lot that are covered: `there` of those asked, `rows`."""
 
+    channels: tuple[str, ...]  # of each reading
+
     there: IntArray
     rows: IntArray
     mean: FloatArray
@@ -132,7 +148,9 @@ def _readings(newcomer: Newcomer, place: FloatArray, rows: IntArray) -> _Foretol
     covered = np.all([model.covered for model in models], axis=0)
     if not np.any(covered):
         return None
-    channels = [some.readings.only(covered[some.covered]) for some in put_together(newcomer.plans, models)]
+    together = list(put_together(newcomer.plans, models))
+    channels = [some.readings.only(covered[some.covered]) for some in together]
+    names = tuple(some.repeats.channel for some in together for _ in range(some.readings.observed.size))
     mean = np.concatenate([c.mean for c in channels], axis=1)
     covariance = np.zeros((*mean.shape, mean.shape[1]))
     first = 0
@@ -141,7 +159,7 @@ def _readings(newcomer: Newcomer, place: FloatArray, rows: IntArray) -> _Foretol
         covariance[:, part, part] = _covariance(channel)
         first = part.stop
     there = np.flatnonzero(covered)
-    return _Foretold(there, rows[there], mean, covariance, np.concatenate([c.observed for c in channels]))
+    return _Foretold(names, there, rows[there], mean, covariance, np.concatenate([c.observed for c in channels]))
 
 
 def _covariance(channel: PredictedReadings) -> FloatArray:

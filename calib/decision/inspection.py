@@ -303,7 +303,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     weighted = found
     held = belongs(newcomer, found.weight @ found.own)
     strangers = tuple(replace(s, specimen=one.name) for s in held.strangers)
-    strays = list(_strays(strangers))
+    strays = list(_strays(replace(held, strangers=strangers)))
     known = [*one.reasons, *_unpaired(newcomer), *(strays or _could_pass_for_the_lot(held))]
     posterior, predictions, verdict = _judged(inspection, found, known)
     how: How = "weighted draws"
@@ -330,9 +330,10 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
         beyond = [*_beyond(posterior, s, newcomer.forward, seed), *_left_open(conformity, s, effective)]
     estimates = _estimates(found, newcomer.name)
+    described = not strangers or not _beyond_belief(max(strangers, key=lambda s: abs(s.z)))
     modulus = estimates.get("young_modulus")
     drifts = [] if modulus is None else list(drift_by_share(sweeps, FirstEstimate(*modulus[:2])))
-    verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons), *drifts, *beyond])
+    verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons, described), *drifts, *beyond])
     usable = verdict.colour != "red"
     return replace(
         blank,
@@ -370,15 +371,19 @@ def counted_already(specimen: str, what: str = "readings") -> Reason:
     return Reason("files", "red", finding, "Leave it out: `calib report` has what is known of it")
 
 
-def _its_own(reasons: Sequence[Reason], strays: Sequence[Reason], of_lot: Sequence[Reason]) -> Iterator[Reason]:
+def _its_own(
+    reasons: Sequence[Reason], strays: Sequence[Reason], of_lot: Sequence[Reason], described: bool
+) -> Iterator[Reason]:
     """Reasons of a newcomer, first that it does not belong, with what follows from that; without what the lot says already."""
     known = {reason.finding for reason in of_lot}
     rest = [r for r in reasons if r not in strays and (r.gate in OF_LOT or r.finding not in known)]
-    # Where it does not belong the spread of its lot would be large, or its own contact odd: no second thing to be done about.
+    # Where it does not belong the spread of its lot would be large, or its own contact odd: no second thing to be done about,
+    # nor a word, where nothing describes it.
     follows = [r for r in rest if strays and r.gate == "prior"]
+    said = follows if described else []
     for reason in strays:
         worst = next((r.level for r in follows if r.level == "red"), reason.level)
-        yield replace(reason, level=worst, finding="; ".join([reason.finding, *(r.finding for r in follows)]))
+        yield replace(reason, level=worst, finding="; ".join([reason.finding, *(r.finding for r in said)]))
     yield from (r for r in rest if r not in follows)
 
 
@@ -433,12 +438,31 @@ def _alone(press: Press) -> Iterator[Reason]:
         yield Reason("files", "red", finding, "Put that beside it, with the same name but for the instrument's, or move it out")
 
 
-def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
+# Beyond such a factor a quantity is no finding of what a specimen is, but a sign that something else is the matter.
+_BEYOND_BELIEF: Mapping[str, float] = {"young_modulus": 5.0}
+_OF_OTHERS = 1.4
+
+
+def _beyond_belief(s: Stranger) -> bool:
+    """Whether no specimen of anything like the lot has such a value."""
+    return abs(math.log(s.ratio.mean)) > math.log(_BEYOND_BELIEF.get(s.quantity, _OF_OTHERS))
+
+
+def _strays(held: Belonging) -> Iterator[Reason]:
     """Whether a newcomer does not belong to its lot."""
-    ordered = sorted(strangers, key=lambda s: -abs(s.z))
+    ordered = sorted(held.strangers, key=lambda s: -abs(s.z))
     for level in LEVELS:
         limit = conflict_limit(len(ordered), level)
         off = [s for s in ordered if abs(s.z) > limit]
+        if off and _beyond_belief(off[0]):
+            told = " and ".join(f"{name} is up to {_percent(share)}" for name, share in held.off.items())
+            finding = (
+                f"it does not belong to the lot, and nothing that is believed of the lot describes it: its {told} off what is "
+            )
+            finding += "foretold, with contact, load zero and clock where they suit it best"
+            action = "Check its files and their units, the ball, its thicknesses and what it was cast from"
+            yield Reason("belongs", level, finding, f"{action}; if all is right, calibrate it by itself")
+            return
         if off:
             told = "; ".join(stranger_in_words(s) for s in off[:2])
             more = f"; and {len(off) - 2} more" if len(off) > 2 else ""
@@ -446,6 +470,10 @@ def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
             action += "; where one quantity is off another looks so, too. If all is right, calibrate it by itself"
             yield Reason("belongs", level, f"it does not belong to the lot: {told}{more} than the lot lets one expect", action)
             return
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 1 else f"{100 * share:.0f} %"
 
 
 def _could_pass_for_the_lot(held: Belonging) -> Iterator[Reason]:

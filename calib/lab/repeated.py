@@ -87,6 +87,12 @@ def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
 
 
 def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
+    if np.array_equal(first.channels[name].value, second.channels[name].value):
+        return True
+    # Means of readings that are coarser than their noise agree to the last digit in two presses of one specimen, too.
+    estimates = [sweep.readings[name] for sweep in (first, second) if name in sweep.readings]
+    if any(estimate.noise < estimate.resolution for estimate in estimates):
+        return False
     one, other = first.channels[name], second.channels[name]
     points = min(one.value.size, other.value.size)
     sd = min(sweep.noise[name] for sweep in (first, second)) / np.sqrt(np.max(other.n_effective))

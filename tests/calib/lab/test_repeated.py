@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.lab import SAME, rows_of, share_in_both
+from calib.lab import SAME, Points, Sweep, repeated_channels, rows_of, share_in_both
+from calib.lab.reduction import NoiseEstimate
 from models.sensor import FloatArray
 
 
@@ -29,6 +30,22 @@ def test_a_part_of_a_record_is_known_again_in_any_unit(part: slice) -> None:
 @pytest.mark.parametrize(("digits", "noise"), [(3, 0.005), (3, 0.001), (2, 0.005), (2, 0.001), (1, 0.01)])
 def test_two_presses_of_one_machine_are_not_the_same(digits: int, noise: float) -> None:
     assert _share(_press(1, digits, noise), _press(2, digits, noise)) < 0.2 * SAME
+
+
+def test_points_of_readings_coarser_than_their_noise_tell_nothing() -> None:
+    means = np.round(np.linspace(97.0, 98.5, 40), 2)
+
+    def sweep(noise: float, cut: int) -> Sweep:
+        n = np.full(40 - cut, 30.0)
+        found = NoiseEstimate(noise, 1.0, 0.01, 1.0, 1200, 1200, 40, 0)
+        points = {"capacitance": Points(means[cut:], n)}
+        return Sweep(
+            "s", "", 5e-3, points, None, {"capacitance": noise}, np.nan, np.nan, (), (), readings={"capacitance": found}
+        )
+
+    assert repeated_channels(sweep(0.02, 0), sweep(0.02, 2)) == ("capacitance",)
+    assert repeated_channels(sweep(0.003, 0), sweep(0.003, 2)) == ()
+    assert repeated_channels(sweep(0.003, 0), sweep(0.003, 0)) == ("capacitance",)
 
 
 def test_ramps_that_a_machine_follows_and_what_stands_still_are_nobodys_own() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from calib.checks.belonging import Belonging, belongs
 from calib.decision.as_built import as_built, signal_as_built
-from calib.decision.inspection import _could_pass_for_the_lot
+from calib.decision.inspection import _could_pass_for_the_lot, _strays
 from calib.errors import InputError
 from calib.experiment import Limit, Specification
 from calib.lab import Sweep
@@ -135,12 +135,29 @@ def test_a_lot_hardly_tells_where_one_that_is_a_quarter_off_is_not_named() -> No
         *[replace(shift, quantity=f"{layer}_thickness", z=0.1) for layer in ("sensor", "padding", "dielectric")],
     )
     told = {"young_modulus": 3.4, "relative_permittivity": 3.2}
-    assert not list(_could_pass_for_the_lot(Belonging(strangers, told)))
-    (reason,) = _could_pass_for_the_lot(Belonging(strangers, told | {"young_modulus": 2.8}))
+    assert not list(_could_pass_for_the_lot(Belonging(strangers, of_another_kind=told)))
+    (reason,) = _could_pass_for_the_lot(Belonging(strangers, of_another_kind=told | {"young_modulus": 2.8}))
     assert (reason.gate, reason.level) == ("spread", "amber")
     assert "would lie 2.8 standard deviations off" in reason.finding
     (reason,) = _could_pass_for_the_lot(Belonging())
     assert (reason.gate, reason.level) == ("range", "amber")
+
+
+def test_a_thickness_beyond_belief_is_no_finding_where_a_factor_is_the_matter(make_posterior: MakePosterior) -> None:
+    lot = lot_of(_lot(make_posterior))
+    press = _press("new", 0.62e6, 0.76e-3, 1.2e-3, np.random.default_rng(3))
+    capacitance = press.channels["capacitance"]
+    press = replace(press, channels={**press.channels, "capacitance": replace(capacitance, value=1.1 * capacitance.value)})
+    one = newcomer_of(lot, newcomer_experiment(lot, template_of(lot), "new"), [press], ClosedForm(), "sensor 1")
+    held = belongs(one, _middle(given_lot(one, 1)))
+    assert held.off["capacitance"] == pytest.approx(0.1, abs=0.03)
+    thicker = Stranger("new", FirstEstimate(2.55, 0.13), 8.2, "sensor_thickness")
+    (reason,) = _strays(replace(held, strangers=(thicker, *held.strangers)))
+    assert "nothing that is believed of the lot describes it" in reason.finding
+    assert f"capacitance is up to {100 * held.off['capacitance']:.2g} % off what is foretold" in reason.finding
+    assert "thickness" not in reason.finding
+    (reason,) = _strays(Belonging((replace(thicker, ratio=FirstEstimate(1.2, 0.02)),)))
+    assert "sensor thickness of new is 20.0 ± 2.0 % larger than the lot lets one expect" in reason.finding
 
 
 def test_specimens_of_a_lot_lie_off_it_as_standard_normal_numbers(make_posterior: MakePosterior) -> None:
