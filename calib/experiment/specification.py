@@ -99,10 +99,17 @@ class Tolerance:
         return np.asarray(self.size * (z if self.kind == "normal" else 2 * ndtr(z) - 1), dtype=float)
 
     def pads(self, nominal: float, z: FloatArray) -> FloatArray:
-        """Thicknesses [m] of pads that are made to a nominal one [m], at standard-normal coordinates, any shape.
+        """Draw how thick pads [m] are that are made to a nominal thickness.
 
         The distribution is cut off at zero, as no pad is thinner than nothing: what is left of it is what there is.
 
+        Parameters
+        ----------
+        nominal : [m].
+        z : standard-normal coordinates, any shape, which the pads have, too.
+
+        Examples
+        --------
         >>> bool(np.min(Tolerance("normal", 0.1e-3).pads(0.05e-3, np.array([-4.0, 0.0, 4.0]))) > 0)
         True
         """
