@@ -4,7 +4,7 @@ from calib.checks.average import NOTICEABLE, AverageMember, average_models, forw
 from calib.checks.belonging import OFF, Belonging, belongs
 from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts, reservations, unusable
 from calib.checks.departures import BAYES_LIMITS, Elsewhere, look_elsewhere, with_departures, with_elsewhere
-from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
+from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of, shared_data
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
     FILES,
@@ -174,6 +174,7 @@ __all__ = [
     "reweight",
     "scaled",
     "sensitivity_of_headlines",
+    "shared_data",
     "shift_rows",
     "standings",
     "stands",

@@ -175,7 +175,12 @@ class Difference:
 
 
 def differences_of(
-    first: Posterior, second: Posterior, names: tuple[str, str] = ("first", "second"), *, same_specimens: bool = False
+    first: Posterior,
+    second: Posterior,
+    names: tuple[str, str] = ("first", "second"),
+    *,
+    same_specimens: bool = False,
+    shared: Sequence[str] | None = None,
 ) -> Difference:
     """Hold two posteriors of different data against each other, unknown by unknown: equation (2).
 
@@ -187,13 +192,14 @@ def differences_of(
     first, second : the posteriors.
     names : of the runs.
     same_specimens : whether specimens of one name are the same pieces, measured again: what was known of them counts once.
+    shared : which data both have, in words, where more is known than the posteriors tell; default `shared_data`.
 
     Returns
     -------
     The comparison, without what only runs know: what has changed, curves, verdicts.
     """
     infos = [{p.name: p for p in posterior.parameters} for posterior in (first, second)]
-    shared = tuple(shared_data(first, second))
+    shared = tuple(shared_data(first, second) if shared is None else shared)
     both = [name for name in infos[0] if name in infos[1]]
     alike = [name for name in both if infos[0][name].prior.to_json() == infos[1][name].prior.to_json()]
     lasting = [name for name in alike if infos[0][name].parameter not in unknowns_of("sweep")]

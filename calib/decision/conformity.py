@@ -362,7 +362,7 @@ class Conformity:
         z, tolerance = ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD), s.padding_tolerance
 
         def made_to(nominal: float) -> FloatArray:
-            return np.array([nominal]) if tolerance is None or nominal == 0 else tolerance.pads(nominal, z)
+            return np.array([nominal]) if tolerance is None else tolerance.pads(nominal, z)
 
         found = nominals(d.limits[1:], made_to, s.gauge, s.probability)
         if found is None:

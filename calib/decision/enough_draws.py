@@ -69,6 +69,16 @@ def most_that_is_told(n: float) -> float:
     return 1 - _APART * float(monte_carlo_error(1.0, n))
 
 
+def most_in_percent(n: float) -> float:
+    """`most_that_is_told` in per cent, rounded down to the hundredth that is shown.
+
+    Parameters
+    ----------
+    n : how many independent draws.
+    """
+    return math.floor(1e4 * most_that_is_told(n)) / 100
+
+
 def left_open_in_words(found: str, asked: float) -> str:
     """What draws leave open, behind their number.
 
@@ -89,10 +99,9 @@ def what_would_tell(probability: float, asked: float, most: float) -> str:
     most : how many independent draws all of the posterior are worth.
     """
     if asked > most_that_is_told(most):
-        highest = math.floor(1e4 * most_that_is_told(most)) / 100
         return (
-            f"All draws of this run, worth {most:.0f} independent ones, can tell {highest:g} % at most: ask for no more than "
-            "that, or calibrate with more draws"
+            f"All draws of this run, worth {most:.0f} independent ones, can tell {most_in_percent(most):g} % at most: ask for "
+            "no more than that, or calibrate with more draws"
         )
     wanted = max(_ROOM * draws_that_tell(probability, asked), min(_FEW, most))
     if wanted <= most:

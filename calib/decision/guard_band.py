@@ -148,6 +148,16 @@ def guarded(tolerance: tuple[float, float], gauge: float, factor: float) -> tupl
     return ((low, high) if low < high else None), w
 
 
+def open_at_nothing(ends: tuple[float, float]) -> tuple[float, float]:
+    """The same range [m], without a lower end where that is no padding at all: no pad and no reading is too thin then.
+
+    Parameters
+    ----------
+    ends : [m], the first not negative.
+    """
+    return (ends[0] if ends[0] > 0 else -math.inf), ends[1]
+
+
 def inspected(tolerance: tuple[float, float], gauge: float, factor: float) -> tuple[tuple[float, float] | None, float]:
     """What is accepted of pads, `guarded`: a tolerance that begins at no padding needs no guard there, as none is thinner.
 
@@ -165,7 +175,7 @@ def inspected(tolerance: tuple[float, float], gauge: float, factor: float) -> tu
     >>> inspected((0.0, 2.0), 0.1, 1.0), inspected((0.0, 0.1), 0.1, 1.0)
     (((0.0, 1.8), 0.2), (None, 0.2))
     """
-    accepted, w = guarded((tolerance[0] if tolerance[0] > 0 else -math.inf, tolerance[1]), gauge, factor)
+    accepted, w = guarded(open_at_nothing(tolerance), gauge, factor)
     if accepted is None or accepted[1] <= 0:
         return None, w
     return (max(accepted[0], 0.0), accepted[1]), w
@@ -246,7 +256,7 @@ def nominals(
     """
     step = step_of(accepted)
     low, high = (round(end / step) for end in inwards(accepted, step))
-    ends = (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
+    ends = open_at_nothing(accepted)
     widened = (ends[0] - _ROUNDING, ends[1] + _ROUNDING)  # a pad that is a limit but for rounding errors is within it
     made = [n * step for n in range(low, high + 1)]
     good = [h for h in made if np.mean(acceptance(made_to(h), widened, gauge)) >= share]

@@ -30,7 +30,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.as_built import AsBuilt, as_built, signal_as_built
-from calib.decision.enough_draws import left_open, left_open_in_words, most_that_is_told
+from calib.decision.enough_draws import left_open, left_open_in_words, most_in_percent
 from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
 from calib.decision.words import about
 from calib.errors import Fault, InputError
@@ -509,7 +509,7 @@ def _left_open(found: AsBuilt, s: Specification, effective: float) -> Iterator[R
         finding = (
             f"{effective:.0f} independent draws {left_open_in_words(about(found.probability, found.error), s.probability)}"
         )
-        most = math.floor(1e4 * most_that_is_told(effective)) / 100
+        most = most_in_percent(effective)
         action = "Measure it better, or ask for a lower probability"
         if s.probability * 100 > most:
             action = f"Ask for {most:g} % at most, which so many draws can tell, or calibrate it together with the lot"

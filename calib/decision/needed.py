@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from calib.decision.conformity import Needed
-from calib.decision.guard_band import Drawing, crossings, inspected, risks
+from calib.decision.guard_band import Drawing, crossings, inspected, open_at_nothing, risks
 from calib.decision.trials import Tried
 from calib.experiment import Limit, Specification
 from models.sensor import FloatArray
@@ -91,9 +91,8 @@ def drawing_of(best: Tried, grid: FloatArray, s: Specification) -> Drawing | Non
     if s.padding_tolerance is None:
         return Drawing(nominal, tolerance, accepted, w, open_below, open_above, nan, nan, nan, nan)
     z = ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD)
-    made = s.padding_tolerance.pads(nominal, z) if nominal > 0 else np.zeros(_N_PAD)
-    # Where the range begins at no padding no reading is too small.
-    within = None if accepted is None else (accepted[0] if accepted[0] > 0 else -math.inf, accepted[1])
+    made = s.padding_tolerance.pads(nominal, z)
+    within = None if accepted is None else open_at_nothing(accepted)
     found = risks(made, np.interp(made, best.pads, best.pads_conform), within, s.gauge)
     delivered = found.consumers / found.accepted if found.accepted > 0 else nan
     return Drawing(

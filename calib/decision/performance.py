@@ -104,7 +104,7 @@ class ElectrodeGroup:
         exact : whether pads have exactly that thickness, as one that was measured has.
         """
         own = np.full(self.part.size, thickness)
-        if not exact and thickness > 0:  # no padding at all has no tolerance
+        if not exact:
             tolerance = self.specification.padding_tolerance
             own = own if tolerance is None or self.pads is None else tolerance.pads(thickness, self.pads)
             own = own if self.part.cast is None else own * self.part.cast

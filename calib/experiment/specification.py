@@ -102,6 +102,7 @@ class Tolerance:
         """Draw how thick pads [m] are that are made to a nominal thickness.
 
         The distribution is cut off at zero, as no pad is thinner than nothing: what is left of it is what there is.
+        No padding at all has no tolerance.
 
         Parameters
         ----------
@@ -113,6 +114,8 @@ class Tolerance:
         >>> bool(np.min(Tolerance("normal", 0.1e-3).pads(0.05e-3, np.array([-4.0, 0.0, 4.0]))) > 0)
         True
         """
+        if nominal == 0:
+            return np.zeros(np.shape(z))
         if self.kind == "uniform":
             low, high = max(nominal - self.size, 0.0), nominal + self.size
             return np.asarray(low + (high - low) * ndtr(z), dtype=float)

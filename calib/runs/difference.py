@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from calib.catalogue import UnknownName
-from calib.checks import BAND_LEVELS, Changed, Difference, Loading, band, differences_of, drawn, members_or
+from calib.checks import BAND_LEVELS, Changed, Difference, Loading, band, differences_of, drawn, members_or, shared_data
 from calib.decision import largest_force
 from calib.experiment import Experiment, experiment_to_json
 from calib.priors import prior_from_json
@@ -44,10 +44,8 @@ def diff_runs(first: Run, second: Run, *, same_specimens: bool = False) -> Diffe
     The comparison; without any z if data are in both runs.
     """
     names = _names(first, second)
-    found = differences_of(first.posterior, second.posterior, names, same_specimens=same_specimens)
-    if not found.shared and (again := _cut(first, second)):
-        unweighed = tuple(replace(pair, z=None, why="data in both") for pair in found.pairs)
-        found = replace(found, pairs=unweighed, shared=again)
+    shared = shared_data(first.posterior, second.posterior) or _cut(first, second)
+    found = differences_of(first.posterior, second.posterior, names, same_specimens=same_specimens, shared=shared)
     changed = tuple(_changed(first, second))
     loadings = (*_loadings(first, names[0]), *_loadings(second, names[1]))
     return replace(found, changed=changed, loadings=loadings, colours=(first.verdict.colour, second.verdict.colour))
