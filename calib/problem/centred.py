@@ -24,9 +24,6 @@ NOISE_FACTOR = 2.0
 #: Sd [s] of the prior of a clock offset around its estimate from the data, where that states none.
 CLOCK_OFFSET_SD = 0.2
 
-#: Sd of that prior over the one that the estimate states, of which errors are 0.5 to 0.94 (docs/lab_files.md).
-CLOCK_OFFSET_SHARE = 0.9
-
 
 def nominal_zero(sweep: Sweep) -> tuple[float, float]:
     """Estimate crosshead reading at first touch [m] and load before contact [N] from the data; (0, 0) if they show none."""
@@ -71,7 +68,7 @@ def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
             else "default, as wide as what is possible: the data do not tell the offset of the clocks"
         )
         sd = sweep.clock_offset_sd if sweep.clock_offset_sd > 0.0 else CLOCK_OFFSET_SD
-        priors["clock_offset"] = Normal(sweep.clock_offset, CLOCK_OFFSET_SHARE * sd if told else sd), origin
+        priors["clock_offset"] = Normal(sweep.clock_offset, sd), origin
     return priors
 
 

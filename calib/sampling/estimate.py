@@ -17,7 +17,7 @@ from calib.catalogue import SCALES
 from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, put_together, values_at, values_of_lot
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.findings import FirstAnswer, FirstEstimate
-from calib.sampling.laplace import importance_weights, laplace_density
+from calib.sampling.laplace import StudentDensity, importance_weights, laplace_density
 from calib.sampling.scoring import score, slopes_at
 from models.sensor import FloatArray
 
@@ -128,23 +128,32 @@ def look_at(problem: Problem, near: Mapping[str, float] | None = None, floor: fl
         return Look(space, known, False, *_misfit(space, known), there, np.full(len(there), 1 / len(there)), crude)
     mode, confirmed = highest_mode(space, random) if near is None else _higher_of_two(space, known)
     density = laplace_density(space, mode, random)
-    x: FloatArray = np.empty((0, n))
-    log_ratio: FloatArray = np.empty(0)
-    effective = 0.0
     at_once, enough = (_AT_ONCE, _EFFECTIVE) if near is None else (_AT_ONCE // 2, _EFFECTIVE / 4)
+    x: FloatArray = np.empty((0, n))
+    log_target, log_near = np.empty(0), np.empty(0)  # of the posterior, and of the density near the mode
+    effective = 0.0
     while effective < enough and len(x) < _MOST:
         more = density.draw(random, at_once)
         x = np.concatenate([x, more])
-        log_ratio = np.concatenate([log_ratio, space.log_density(more) - density.log_density(more)])
-        if not np.any(np.isfinite(log_ratio)):
+        log_target = np.concatenate([log_target, space.log_density(more)])
+        log_near = np.concatenate([log_near, density.log_density(more)])
+        if not np.any(np.isfinite(log_target)):
             raise ValueError("there is no first answer: the forward model covers nothing near the mode")
-        weight = importance_weights(log_ratio)
+        weight = importance_weights(log_target - log_near)
         effective = 1 / float(np.sum(weight**2))
+    wide = StudentDensity.about(x, weight)
+    more = wide.draw(random, at_once // 2)
+    of_near = len(x) / (len(x) + len(more))
+    x = np.concatenate([x, more])
+    log_target = np.concatenate([log_target, space.log_density(more)])
+    log_near = np.concatenate([log_near, density.log_density(more)])
+    log_ratio = log_target - np.logaddexp(np.log(of_near) + log_near, np.log1p(-of_near) + wide.log_density(x))
     theta, _ = space.to_theta(x)
     there = np.isfinite(log_ratio)
-    log_evidence = logsumexp(log_ratio[there]) - np.log(len(x)) + density.log_mass - 0.5 * n * np.log(2 * np.pi)
+    weight = importance_weights(log_ratio)[there]
+    log_evidence = float(logsumexp(log_ratio[there]) - np.log(len(x)) - 0.5 * n * np.log(2 * np.pi))
     misfit, n_point = _misfit(space, mode)
-    return Look(space, mode, confirmed, misfit, n_point, theta[there], weight[there], float(log_evidence))
+    return Look(space, mode, confirmed, misfit, n_point, theta[there], weight, log_evidence)
 
 
 def answer_of(look: Look) -> FirstAnswer:

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import gammaln
 
 from calib.catalogue import SCALES
 from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at
 from calib.sampling.coordinates import Coordinates
+from calib.sampling.funnel import log_student
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
 
@@ -33,13 +33,51 @@ _HELD = 2e7
 
 
 @dataclass(frozen=True, eq=False)
+class StudentDensity:
+    """A Student density about `centre` (n,), with `spread` (n, n) for a triangular root of the covariance of a normal one."""
+
+    centre: FloatArray
+    spread: FloatArray
+
+    @classmethod
+    def about(cls, x: FloatArray, weight: FloatArray) -> StudentDensity:
+        """One a little wider than weighted draws of another density.
+
+        Parameters
+        ----------
+        x : the draws, (n_draw, n).
+        weight : of each, (n_draw,); they sum to 1.
+        """
+        centre = weight @ x
+        covariance = ((x - centre).T * weight) @ (x - centre)
+        spread = _MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size))
+        return cls(centre, np.asarray(spread, dtype=float))
+
+    def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
+        wide = np.sqrt(random.chisquare(_FREEDOM, n_draw) / _FREEDOM)
+        normal = random.standard_normal((n_draw, self.centre.size)) / wide[:, None]
+        return np.asarray(self.centre + normal @ self.spread.T, dtype=float)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n), (n_draw,)."""
+        square = np.sum(solve_triangular(self.spread, (x - self.centre).T, lower=True) ** 2, axis=0)
+        return log_student(square, self.centre.size, _FREEDOM, 1.0) - float(np.sum(np.log(np.diagonal(self.spread))))
+
+
+@dataclass(frozen=True, eq=False)
 class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep, or of those that repeat each other; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular
-    root, are those of u. What is known given u costs most, so that `each` neighbouring draws may share their u; 1 for draws
-    that are all independent.
+    channel of each sweep, or of those that repeat each other; `of_scales` is the density of u. What is known given u costs
+    most, so that `each` neighbouring draws may share their u; 1 for draws that are all independent.
     """
 
     space: Coordinates
@@ -50,8 +88,7 @@ class LaplaceDensity:
     bend: FloatArray
     misfits: tuple[FloatArray, ...]
     slopes: tuple[FloatArray, ...]
-    centre: FloatArray
-    spread: FloatArray
+    of_scales: StudentDensity
     each: int = 1
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
@@ -65,21 +102,14 @@ class LaplaceDensity:
         return np.concatenate([self._drawn(random, rows.size) for rows in self._batches(n_draw)])
 
     def log_density(self, x: FloatArray) -> FloatArray:
-        """Logarithm of the density at x (n_draw, n), up to a constant that depends on n alone, (n_draw,)."""
+        """Logarithm of the density at x (n_draw, n), (n_draw,)."""
         return np.concatenate([self._log_density(x[rows]) for rows in self._batches(len(x))])
-
-    @property
-    def log_mass(self) -> float:
-        """Logarithm of the integral of the exponential of `log_density` over all x."""
-        k, n = self.scales.size, self.x.size
-        of_student = gammaln(_FREEDOM / 2) - gammaln((_FREEDOM + k) / 2) + 0.5 * k * np.log(np.pi * _FREEDOM)
-        return float(of_student + 0.5 * (n - k) * np.log(2 * np.pi))
 
     def _batches(self, n_draw: int) -> list[IntArray]:
         return np.array_split(np.arange(n_draw), max(1, int(np.ceil(n_draw * self.x.size**2 / _HELD))))
 
     def _drawn(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
-        few = self.centre + _student(random, -(-n_draw // self.each), self.centre.size) @ self.spread.T
+        few = self.of_scales.draw(random, -(-n_draw // self.each))
         u = np.repeat(few, self.each, axis=0)[:n_draw]
         given = _given_scales(self, few).of(np.arange(n_draw) // self.each)
         normal = random.standard_normal(given.whitened.shape)
@@ -93,8 +123,8 @@ class LaplaceDensity:
         given = _given_scales(self, few).of(which.reshape(-1))
         away = x[:, self.rest] - self.x[self.rest]
         normal = (np.swapaxes(given.factor, 1, 2) @ away[..., None])[..., 0] - given.whitened
-        of_rest = _log_diagonal(given.factor) - 0.5 * np.sum(normal**2, axis=1)
-        return np.asarray(of_rest + _log_student(x[:, self.scales], self.centre, self.spread), dtype=float)
+        of_rest = _log_diagonal(given.factor) - 0.5 * np.sum(normal**2, axis=1) - 0.5 * self.rest.size * np.log(2 * np.pi)
+        return np.asarray(of_rest + self.of_scales.log_density(x[:, self.scales]), dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +156,9 @@ def laplace_density(space: Coordinates, x: FloatArray, random: np.random.RandomS
     """
     found = _linearised(space, x)
     for count in _ROUNDS:
-        u = found.centre + _student(random, count, found.centre.size) @ found.spread.T
-        weight = importance_weights(_given_scales(found, u).log_density - _log_student(u, found.centre, found.spread))
-        centre = weight @ u
-        covariance = ((u - centre).T * weight) @ (u - centre)
-        spread = _MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size))
-        found = replace(found, centre=centre, spread=np.asarray(spread, dtype=float))
+        u = found.of_scales.draw(random, count)
+        weight = importance_weights(_given_scales(found, u).log_density - found.of_scales.log_density(u))
+        found = replace(found, of_scales=StudentDensity.about(u, weight))
     return found
 
 
@@ -169,7 +196,8 @@ def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
     gradient = central_slope(log_jacobian + log_prior_as_normal(problem, theta), there)[rest]
     spread = _WIDEN * _spread_of_scales(space, x, scales)
     bend = across @ across.T + across @ prior_bend(problem, n) @ across.T
-    return LaplaceDensity(space, x, scales, rest, gradient, bend, tuple(misfits), tuple(slopes), x[scales], spread)
+    of_scales = StudentDensity(x[scales], spread)
+    return LaplaceDensity(space, x, scales, rest, gradient, bend, tuple(misfits), tuple(slopes), of_scales)
 
 
 def _spread_of_scales(space: Coordinates, x: FloatArray, scales: IntArray) -> FloatArray:
@@ -227,16 +255,3 @@ def weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray
 def _log_diagonal(factors: FloatArray) -> FloatArray:
     """Sums of the logarithms on the diagonals of triangular factors (n, k, k), (n,)."""
     return np.asarray(np.sum(np.log(np.diagonal(factors, axis1=1, axis2=2)), axis=1), dtype=float)
-
-
-def _student(random: np.random.RandomState, n_draw: int, n: int) -> FloatArray:
-    """Draws (n_draw, n) of a Student density about 0."""
-    wide = np.sqrt(random.chisquare(_FREEDOM, n_draw) / _FREEDOM)
-    return np.asarray(random.standard_normal((n_draw, n)) / wide[:, None], dtype=float)
-
-
-def _log_student(u: FloatArray, centre: FloatArray, spread: FloatArray) -> FloatArray:
-    """Logarithm of a Student density with a triangular root of its covariance at u (n_draw, n), up to a constant, (n_draw,)."""
-    square = np.sum(solve_triangular(spread, (u - centre).T, lower=True) ** 2, axis=0)
-    height = -0.5 * (_FREEDOM + centre.size) * np.log1p(square / _FREEDOM)
-    return np.asarray(height - np.sum(np.log(np.diagonal(spread))), dtype=float)

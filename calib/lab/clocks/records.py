@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.lab.clocks.way_back import creep_times
 from calib.lab.instruments import IntArray
 from calib.lab.observations import BACKWARD, Observations, usable_rows
 from calib.lab.onset import fine_onset
 from calib.lab.signal import excursion, increasing_rows, reading_noise, resolution, smoothed_record
 from models.sensor import FloatArray
-
-# Times [s] of creep after the crosshead stops.
-_CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0)
 
 
 def loading_window(tester: Observations) -> tuple[float, float]:
@@ -127,8 +125,7 @@ class CrossheadRecord:
     @property
     def creep_times(self) -> FloatArray:
         """Times [s] in which the capacitance may creep and which the record after the top can hold."""
-        after = self.end - self.top
-        return np.array([t for t in _CREEP_TIMES if t < after] or [0.35 * after])
+        return creep_times(self.end - self.top)
 
     @property
     def speed_at_contact(self) -> float:

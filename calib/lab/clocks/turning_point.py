@@ -8,19 +8,13 @@ import numpy as np
 
 from calib.lab.clocks.records import CrossheadRecord, MeterRecord
 from calib.lab.clocks.survey import OffsetRange
+from calib.lab.clocks.way_back import CREEP, DEGREE, RETURN, WINDOW
 from calib.lab.linear import fitted, log_evidence
 from calib.lab.signal import integrated_time
 from models.sensor import FloatArray
 
-# Share of the capacitance change by which it may creep after the crosshead stops (sd, of each rate).
-_CREEP = 0.007
-# Sd of the loading function's Taylor coefficients around the turning point, in capacitance changes over depths; how many.
-_CURVE, _DEGREE = 2.0, 5
-# The same for the difference between unloading and loading, and the share of the change by which capacitance may step where
-# the crosshead leaves: hardly any hysteresis, as much as there may be, and that with friction that turns round.
-_RETURN = ((0.03, 1e-6), (0.5, 1e-6), (0.5, 0.01))
-# Share of the depth on either side of the turning point in which the capacitance is taken as such a function.
-_WINDOW = 0.5
+# Sd of the loading function's Taylor coefficients around the turning point, in capacitance changes over depths.
+_CURVE = 2.0
 # Where between two readings of the tester or of the meter something happens is known to this share of the interval (sd).
 _BETWEEN = 0.02
 
@@ -67,7 +61,7 @@ def offset_from_turning_point(meter: MeterRecord, tester: CrossheadRecord, near:
             continue
         # The residuals say whether the readings' errors are larger than their noise, or hang together.
         basis, kind = _basis(t + mean, tester)
-        residual = y - fitted(y, basis, _prior(*_RETURN[-1])[kind], noise / meter.change)
+        residual = y - fitted(y, basis, _prior(*RETURN[-1])[kind], noise / meter.change)
         actual = float(np.sqrt(np.mean(residual**2) * integrated_time(residual, 8))) * meter.change
         if actual > 1.15 * noise:
             noise, best = actual, mean
@@ -79,7 +73,7 @@ def offset_from_turning_point(meter: MeterRecord, tester: CrossheadRecord, near:
 
 def _window(meter: MeterRecord, tester: CrossheadRecord) -> tuple[float, float]:
     """Between which times [s] of the tester the readings around the turning point lie."""
-    low = tester.peak - _WINDOW * tester.depth
+    low = tester.peak - WINDOW * tester.depth
     time, x = tester.time, tester.displacement
     below = np.flatnonzero((x < low) & (time < tester.top))
     after = np.flatnonzero((x < low) & (time > tester.leave))
@@ -92,21 +86,21 @@ def _window(meter: MeterRecord, tester: CrossheadRecord) -> tuple[float, float]:
 def _density(
     offsets: FloatArray, t: FloatArray, y: FloatArray, meter: MeterRecord, tester: CrossheadRecord, noise: float
 ) -> FloatArray:
-    """Posterior density, but for a factor, at each offset: over meters that average and that do not, and over `_RETURN`."""
-    scores = np.empty((2 * len(_RETURN), offsets.size))
+    """Posterior density, but for a factor, at each offset: over meters that average and that do not, and over `RETURN`."""
+    scores = np.empty((2 * len(RETURN), offsets.size))
     for i, g in enumerate(offsets):
         for j, width in enumerate((0.0, meter.interval)):
             shifts = width / math.sqrt(12.0) * np.array([-1.0, 1.0]) if width else np.zeros(1)
             parts = [_basis(t + g + s, tester) for s in shifts]
             basis, kind = np.mean([p[0] for p in parts], axis=0), parts[0][1]
-            for k, (hysteresis, jump) in enumerate(_RETURN):
-                scores[len(_RETURN) * j + k, i] = log_evidence(y, basis, _prior(hysteresis, jump)[kind], noise)
+            for k, (hysteresis, jump) in enumerate(RETURN):
+                scores[len(RETURN) * j + k, i] = log_evidence(y, basis, _prior(hysteresis, jump)[kind], noise)
     return np.asarray(np.sum(np.exp(scores - np.max(scores)), axis=0))
 
 
 def _prior(hysteresis: float, jump: float) -> FloatArray:
     """Sd of the coefficients of each kind of column of `_basis`."""
-    return np.array([1.0, _CURVE, hysteresis, _CREEP, jump])
+    return np.array([1.0, _CURVE, hysteresis, CREEP, jump])
 
 
 def _basis(t: FloatArray, tester: CrossheadRecord) -> tuple[FloatArray, FloatArray]:
@@ -117,10 +111,10 @@ def _basis(t: FloatArray, tester: CrossheadRecord) -> tuple[FloatArray, FloatArr
     """
     x = np.interp(t, tester.time, tester.displacement)
     u = np.clip((tester.peak - np.maximum(x, tester.contact)) / tester.depth, 0.0, 1.0)
-    powers = u[:, None] ** np.arange(1, _DEGREE + 1)
+    powers = u[:, None] ** np.arange(1, DEGREE + 1)
     back = np.where(t > (tester.top + tester.leave) / 2, 1.0, 0.0)[:, None]
     since = np.maximum(t - tester.top, 0.0)[:, None]
     left = np.where(t > tester.leave, 1.0, 0.0)[:, None]
     basis = np.hstack([np.ones((t.size, 1)), powers, back * powers, 1 - np.exp(-since / tester.creep_times), left])
-    kind = np.array([0] + [1] * _DEGREE + [2] * _DEGREE + [3] * tester.creep_times.size + [4])
+    kind = np.array([0] + [1] * DEGREE + [2] * DEGREE + [3] * tester.creep_times.size + [4])
     return basis, kind

@@ -31,7 +31,7 @@ from calib.checks.proof.replicate import (
 )
 from calib.checks.proof.simulation import Curve, TrueSweep, curve_of, true_sweeps, write_lab
 from calib.experiment import Experiment, experiment_from, read_experiment, read_sweeps
-from calib.lab import Sweep
+from calib.lab import Sweep, draw_way_back
 from calib.problem import Problem, build_problem, medians, of_lot, prior_values, residuals
 from models.analytic import ClosedForm
 from models.sensor import Design, design_from
@@ -134,6 +134,36 @@ def test_every_nuisance_of_the_lab_is_in_its_files(tmp_path: Path, name: str) ->
     true, elsewhere = residuals(again, truth), residuals(again, {**truth, full: TRUTH[name]})
     assert true @ true < 1.5 * true.size
     assert elsewhere @ elsewhere > 10 * true.size
+
+
+def test_offsets_of_clocks_are_as_far_off_as_the_readers_say_of_them(tmp_path: Path) -> None:
+    off = []
+    for seed in range(10):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        again, truth = _simulated(*_shipped(), folder, seed, {"clock_offset": 0.0})
+        (sweep,) = again.sweeps
+        off.append((sweep.clock_offset - truth["clock_offset[sensor 1]"]) / sweep.clock_offset_sd)
+    assert 0.5 < np.sqrt(np.mean(np.square(off))) < 1.5
+    assert np.max(np.abs(off)) < 4
+
+
+def test_a_way_back_is_one_that_is_believed_possible_and_leaves_the_way_in_alone() -> None:
+    rng = np.random.default_rng(3)
+    loading = (1 - np.linspace(0.0, 1.0, 101)) ** 1.5
+    distance = np.linspace(0.0, 1.0, 101)
+    since = np.linspace(0.0, 20.0, 101)
+    gaps = []
+    for _ in range(200):
+        drawn = draw_way_back(loading, 20.0, rng)
+        assert not np.any(drawn.at(distance[::-1], since[::-1] - 40.0, since[::-1] - 41.0))
+        hysteresis = drawn.of_hysteresis(distance)
+        assert np.max(np.abs(hysteresis)) < 0.1
+        assert np.all(np.diff(loading + hysteresis) <= 0)
+        back = drawn.at(distance, since, since)
+        assert back[-1] == 0.0  # at contact all is as before
+        gaps.append(float(np.max(np.abs(back))))
+    assert 0.01 < np.median(gaps) < 0.1
 
 
 def test_a_discrepancy_is_planted_with_the_size_that_is_drawn(tmp_path: Path) -> None:
