@@ -2,10 +2,11 @@
 
 Three ways to weight models of the same data:
 
+- stacking: weights w that maximise sum_b log sum_k w_k p(y_b | y_-b, k) over blocks b of the data (Yao, Vehtari, Simpson &
+  Gelman, Bayesian Anal. 13 (2018) 917, Eq. 4). Needs no model to be true; of few blocks it tends to the corners. The usual way:
+  what covers is in docs/averaging.md.
 - pseudo-BMA+: exp of what the log densities of left-out blocks sum up to, averaged over the Bayesian bootstrap of the blocks
-  (Yao, Vehtari, Simpson & Gelman, Bayesian Anal. 13 (2018) 917, Eq. 11). The usual way: what covers is in docs/averaging.md.
-- stacking: weights w that maximise sum_b log sum_k w_k p(y_b | y_-b, k) over blocks b of the data (the same, Eq. 4). Needs no
-  model to be true; of few blocks it tends to the corners.
+  (the same, Eq. 11).
 - evidence: the probability of each model after the data, if all were equally probable before, p(y | k) / sum p(y | j). Right
   where one of them is true; depends on how wide the priors of the unknowns are.
 
@@ -23,10 +24,10 @@ from scipy.special import softmax
 
 from models.sensor import FloatArray
 
-Weighting = Literal["pseudo-bma", "stacking", "evidence"]
+Weighting = Literal["stacking", "pseudo-bma", "evidence"]
 WEIGHTINGS: tuple[Weighting, ...] = get_args(Weighting)
 #: What models are weighted by if nothing else is said.
-USUAL: Weighting = "pseudo-bma"
+USUAL: Weighting = "stacking"
 
 # Draws of the Bayesian bootstrap, and the seed of them all.
 _N_BOOTSTRAP, _SEED = 400, 20180917
@@ -62,8 +63,8 @@ def model_weights(pointwise: FloatArray, log_evidence: FloatArray, error: FloatA
     counts = rng.dirichlet(np.ones(pointwise.shape[1]), _N_BOOTSTRAP)
     bootstrapped = softmax(pointwise.shape[1] * counts @ pointwise.T, axis=1)
     found: dict[Weighting, Weights] = {
-        "pseudo-bma": _with_interval(np.mean(bootstrapped, axis=0), bootstrapped),
         "stacking": _with_interval(stacking(pointwise), stacking(pointwise, counts)),
+        "pseudo-bma": _with_interval(np.mean(bootstrapped, axis=0), bootstrapped),
     }
     if np.all(np.isfinite(log_evidence)):
         noisy = log_evidence + error * rng.standard_normal((_N_BOOTSTRAP, log_evidence.size))

@@ -16,13 +16,13 @@ def average(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder for the average.")],
     by: Annotated[
-        Literal["pseudo-bma", "stacking", "evidence"], typer.Option(help="What the models are weighted by.")
-    ] = "pseudo-bma",
+        Literal["stacking", "pseudo-bma", "evidence"], typer.Option(help="What the models are weighted by.")
+    ] = "stacking",
     strict: Strict = False,
 ) -> None:
     """Average runs of the same data under different models, so that what is not known of the model is in the uncertainty.
 
-    Draws of each run are taken in proportion to its weight: how well it (pseudo-BMA+), or the mixture (stacking), predicts
+    Draws of each run are taken in proportion to its weight: how well the mixture (stacking), or it alone (pseudo-BMA+), predicts
     blocks of data that were left out, or how probable the data are under its model (evidence). The average is a run like any
     other for `calib recommend`, `calib report` and `calib verify`; recommendations say how much of their doubt is the choice of
     model.

@@ -17,7 +17,7 @@ ORDER = 44
 _TITLE = "Models that were averaged"
 
 # Ways to weight models, as headings.
-_WAYS = {"pseudo-bma": "by pseudo-BMA+", "stacking": "by stacking", "evidence": "by evidence"}
+_WAYS = {"stacking": "by stacking", "pseudo-bma": "by pseudo-BMA+", "evidence": "by evidence"}
 
 
 def section(results: Results) -> Section | None:
