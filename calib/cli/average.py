@@ -22,10 +22,10 @@ def average(
 ) -> None:
     """Average runs of the same data under different models, so that what is not known of the model is in the uncertainty.
 
-    Draws of each run are taken in proportion to its weight: how well the mixture (stacking), or it alone (pseudo-BMA+), predicts
-    blocks of data that were left out, or how probable the data are under its model (evidence). The average is a run like any
-    other for `calib recommend`, `calib report` and `calib verify`; recommendations say how much of their doubt is the choice of
-    model.
+    Draws of each run are taken in proportion to its weight: how well the mixture (stacking), or it alone (pseudo-BMA+),
+    predicts blocks of data that were left out, or how probable the data are under its model (evidence). The average is a run
+    like any other for `calib recommend`, `calib report` and `calib verify`; recommendations say how much of their doubt is the
+    choice of model.
 
     Example: `calib average models/as-given models/own-padding -o averaged`
 

@@ -1,8 +1,8 @@
 """Two series of readings, or two sweeps, in; whether one holds the readings of the other, however its file was cut, out.
 
-A file that was cut to a part, saved anew or renamed has other bytes and the same readings. Of two presses of one machine single
-readings agree to the last digit, as there are only so many digits, and so do ramps that it was told to follow; several noisy
-ones in a row do not.
+A file that was cut to a part, zeroed, saved anew or renamed has other bytes and the same readings. Of two presses of one
+machine single readings agree to the last digit, as there are only so many digits, and so do ramps that it was told to follow;
+several noisy ones in a row do not.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ _DIGITS = 30
 SAME = 0.5
 # Points of a channel that have to agree, at least, and to which share of the standard deviation of a point.
 _POINTS, _EXACTLY = 8, 0.01
+# Of so many points they need not agree as well: in mean square within this share of what noise makes of two presses.
+_MANY_POINTS, _COPIED = 30, 0.25
 # Of rows of long records those with a remainder of zero are compared, this many at most.
 _MOST = 4000
 
@@ -70,10 +72,12 @@ def share_in_both(first: IntArray, second: IntArray) -> float:
 
 
 def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
-    """Say of which channels two sweeps have the same readings.
+    """Say of which channels two sweeps have the same readings, whatever is zero in either.
 
-    Told by the tester's record, where they keep it, and by points: of the same readings these agree far better than their
-    standard deviations, one after the other, but where the cut lies.
+    Told by the tester's record, where they keep it, by the times of a meter's log that is both's, and by points: of the same
+    readings these are apart, but for where zero is and where the cut lies, by far less than noise sets two presses apart,
+    however alike these are. Over n points of two presses the mean square is below a quarter of what it is expected to be with
+    a probability of P(chi2_(n-1) < n / 4), 1e-8 for 40.
 
     Parameters
     ----------
@@ -87,17 +91,42 @@ def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
 
 
 def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
-    if np.array_equal(first.channels[name].value, second.channels[name].value):
+    one, other = first.channels[name], second.channels[name]
+    equal = np.array_equal(one.value, other.value)
+    if _of_one_log(first, second) and (equal or _overlap(one.time, other.time)):
         return True
     # Means of readings that are coarser than their noise agree to the last digit in two presses of one specimen, too.
     estimates = [sweep.readings[name] for sweep in (first, second) if name in sweep.readings]
     if any(estimate.noise < estimate.resolution for estimate in estimates):
         return False
-    one, other = first.channels[name], second.channels[name]
-    points = min(one.value.size, other.value.size)
-    sd = min(sweep.noise[name] for sweep in (first, second)) / np.sqrt(np.max(other.n_effective))
-    away = np.abs(one.value[:, None] - other.value) <= _EXACTLY * sd
+    if equal:
+        return True
+    variances = [sweep.noise[name] ** 2 / sweep.channels[name].n_effective for sweep in (first, second)]
+    exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
+    fewest = max(_POINTS, SAME * min(one.value.size, other.value.size))
     # Points of one are those of the other moved on by as many places, as many as were cut off.
-    places = np.arange(one.value.size)[:, None] - np.arange(other.value.size)
-    counts = np.unique(places[away], return_counts=True)[1]
-    return bool(counts.size and np.max(counts) >= max(_POINTS, SAME * points))
+    for place in range(1 - other.value.size, one.value.size):
+        mine = slice(max(place, 0), min(place + other.value.size, one.value.size))
+        others = slice(mine.start - place, mine.stop - place)
+        if mine.stop - mine.start < fewest:
+            continue
+        apart = one.value[mine] - other.value[others]
+        apart -= np.median(apart)
+        alike = np.count_nonzero(np.abs(apart) <= exactly) >= fewest
+        expected = variances[0][mine] + variances[1][others]
+        if alike or (apart.size >= _MANY_POINTS and np.mean(apart**2 / expected) < _COPIED):
+            return True
+    return False
+
+
+def _of_one_log(first: Sweep, second: Sweep) -> bool:
+    """Whether the last files of both, in which the meter's log stands where clocks tie it, are of the same bytes."""
+    return bool(first.files and second.files and first.files[-1][1] == second.files[-1][1])
+
+
+def _overlap(first: FloatArray | None, second: FloatArray | None) -> bool:
+    """Whether times of one clock are the same for at least `SAME` of the shorter series; not without times."""
+    if first is None or second is None:
+        return False
+    both = min(first[-1], second[-1]) - max(first[0], second[0])
+    return bool(both >= SAME * min(np.ptp(first), np.ptp(second)))

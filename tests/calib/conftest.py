@@ -116,11 +116,17 @@ def _experiment(names: tuple[str, ...]) -> Experiment:
 
 @pytest.fixture(scope="session")
 def make_posterior() -> Callable[..., Posterior]:
-    """Function that makes a posterior by hand: converged or not, with one or two specimens, its forward model honest or not."""
+    """Function that makes a posterior by hand: converged or not, of one or two specimens, honest or not, of data of a seed."""
 
     @cache
-    def make(converged: bool = True, n_specimen: int = 2, widen: float = 1.0, honest: bool | None = None) -> Posterior:
-        rng = np.random.default_rng(20240501)
+    def make(
+        converged: bool = True,
+        n_specimen: int = 2,
+        widen: float = 1.0,
+        honest: bool | None = None,
+        seed: int = 20240501,
+    ) -> Posterior:
+        rng = np.random.default_rng(seed)
         names = tuple(SPECIMENS)[:n_specimen]
         sweeps = tuple(_sweep(name, rng, by_clock=i == 1) for i, name in enumerate(names))
         experiment = _experiment(names)

@@ -31,7 +31,7 @@ from calib.checks.plausible.unmodelled import unmodelled
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, line_of_variant, model_in_words, variants_of
-from calib.lab import Sweep, check_name
+from calib.lab import Sweep, check_name, repeated_channels
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
 from models.response import Forward
@@ -51,11 +51,6 @@ _COVERED = 0.5
 _MOST_WEIGHED = 60
 # Slips and conflicts that are named, and bad grades, at most.
 _MOST_SLIPS, _MOST_CONFLICTS, _MOST_GRADES = 2, 3, 4
-# Two records of one file are one if their ends are no further apart than this, in noises of one reading.
-_ALIKE = 5.0
-# Points of two records are one's, saved anew, if they are so close in mean square, in what noise alone makes of two presses.
-_COPIED = 0.25
-_LEAST_POINTS = 30
 # What is seen at a glance -> the quantity whose unit it is shown in, and what to look at if it is out of the way.
 _SHOWN = {
     "force": (
@@ -162,41 +157,9 @@ def _of_gauges(problem: Problem) -> Iterator[Reason]:
 def _of_one_record(problem: Problem) -> Iterator[Reason]:
     """Two sweeps of the same readings, as where one file was entered for two, or saved anew under another name."""
     for first, second in combinations(problem.sweeps, 2):
-        same = [kind for kind in first.channels if kind in second.channels and is_one_record(first, second, kind)]
-        if same:
+        if same := repeated_channels(first, second):
             finding = f"{first.title} and {second.title} have the same readings of {' and '.join(same)}"
             yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
-
-
-def is_one_record(first: Sweep, second: Sweep, kind: str) -> bool:
-    """Whether a channel of both is one: of a common file with the same smallest and largest value, or with the same noise.
-
-    Parameters
-    ----------
-    first, second : sweeps of one experiment.
-    kind : name of a channel that both have.
-    """
-    common = {sha for _, sha in first.files} & {sha for _, sha in second.files}
-    mine, others = (np.array([np.min(s.channels[kind].value), np.max(s.channels[kind].value)]) for s in (first, second))
-    noise = max(s.noise[kind] for s in (first, second))
-    ends = bool(np.all(np.abs(mine - others) < _ALIKE * noise))
-    return ends and (bool(common) or _is_same_noise(first, second, kind))
-
-
-def _is_same_noise(first: Sweep, second: Sweep, kind: str) -> bool:
-    """Whether the points of two sweeps lie closer to each other than noise lets those of two presses, however alike these are.
-
-    Points of one press again scatter about each other with the sum of both variances: over n of them the mean square is
-    below `_COPIED` of that with a probability of P(chi2_n < n `_COPIED`), 1e-8 for 40. What differs makes it larger. Only a
-    step of readings that is coarser than their noise makes two presses as alike: of such a channel nothing is said.
-    """
-    mine, others = first.channels[kind], second.channels[kind]
-    if mine.value.size != others.value.size or mine.value.size < _LEAST_POINTS:
-        return False
-    if any(kind in s.readings and s.readings[kind].resolution > s.noise[kind] for s in (first, second)):
-        return False
-    variance = first.noise[kind] ** 2 / mine.n_effective + second.noise[kind] ** 2 / others.n_effective
-    return bool(np.mean((mine.value - others.value) ** 2 / variance) < _COPIED)
 
 
 def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:

@@ -20,10 +20,11 @@ MakePosterior = Callable[..., Posterior]
 
 def _of_other_data(posterior: Posterior) -> Posterior:
     """The same draws, as if of other lab files."""
+    rng = np.random.default_rng(7)
     sweeps = []
     for sweep in posterior.sweeps:
         channels = {
-            name: replace(points, value=points.value + 0.1 * sweep.noise[name] * (-1.0) ** np.arange(points.value.size))
+            name: replace(points, value=points.value + rng.normal(0.0, sweep.noise[name], points.value.size))
             for name, points in sweep.channels.items()
         }
         track = None if sweep.track is None else replace(sweep.track, force=1.001 * sweep.track.force)

@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 
 from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
-from calib.checks.plausible.judgement import is_one_record
 from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
 from calib.checks.plausible.slips import slips_of
 from calib.errors import Fault
 from calib.experiment import Experiment, Specimen, SweepFiles
-from calib.lab import Points, Sweep
+from calib.lab import Points, Sweep, repeated_channels
 from calib.lab.reduction import NoiseEstimate
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import build_problem, log_likelihood
@@ -72,13 +71,15 @@ def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float
     """One specimen; or two, if what differs in the second is given."""
     rng = np.random.default_rng(seed)
     names = ["sensor 1"] if others is None else ["sensor 1", "sensor 2"]
-    specimens, sweeps = [], []
+    specimens: list[Specimen] = []
+    sweeps: list[Sweep] = []
     for name in names:
         truth = {**TRUTH, **((others or {}) if name == "sensor 2" else {})}
         design = design_from({**truth, "indenter_radius": 5e-3})
         rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12, load_step=load_step)
         tie: Literal["none", "force"] = "none" if force_alone else "force"
-        sweeps.append(synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=name, tie=tie, n_points=16))
+        sweep = synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=name, tie=tie, n_points=16)
+        sweeps.append(_recorded(sweep, len(sweeps)))
         sds = {"sensor_thickness": 0.02e-3, "padding_thickness": 0.02e-3, "dielectric_thickness": 0.006e-3}
         thick = {n: Normal(truth[n], sd) for n, sd in sds.items()}
         specimens.append(Specimen(name, (SweepFiles("", None, None, 5e-3),), thick))
@@ -86,6 +87,13 @@ def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float
         "lab", Path("experiment.toml"), "", 5e-3, 10e-3, "sensor", PRIORS, tuple(specimens), "closed form", "on"
     )
     return Lab(experiment, tuple(sweeps))
+
+
+def _recorded(sweep: Sweep, seed: int) -> Sweep:
+    """The same with noise in the tester's record, which synthetic sweeps have none of."""
+    assert sweep.track is not None
+    noise = sweep.noise["force"] * np.random.default_rng([seed, 1]).standard_normal(sweep.track.force.size)
+    return replace(sweep, track=replace(sweep.track, force=sweep.track.force + noise))
 
 
 def _times_force(k: float) -> Callable[[Sweep], Sweep]:
@@ -235,21 +243,32 @@ def _pressed(seed: int, step: float = 0.0) -> Sweep:
     read = points.value if step == 0 else step * np.round(points.value / step)
     told = NoiseEstimate(sweep.noise["capacitance"], 1.0, step, 1.0, 1000, 1000, 40, 0)
     channels = {**sweep.channels, "capacitance": replace(points, value=read)}
-    return replace(sweep, channels=channels, readings={"capacitance": told}, files=((f"{seed}.csv", f"{seed:064x}"),))
+    own = replace(sweep, channels=channels, readings={"capacitance": told}, files=((f"{seed}.csv", f"{seed:064x}"),))
+    return _recorded(own, seed)
 
 
 def test_a_press_saved_anew_with_fewer_digits_is_known_by_its_noise() -> None:
     first = _pressed(1)
     points, noise = first.channels["capacitance"], first.noise["capacitance"]
     rounded = replace(points, value=points.value + np.random.default_rng(3).uniform(-0.2, 0.2, 40) * noise)
-    again = replace(first, specimen="sensor 2", channels={"capacitance": rounded}, files=(("2.csv", "2" * 64),))
-    assert is_one_record(first, again, "capacitance")
+    again = replace(first, specimen="sensor 2", channels={"capacitance": rounded}, track=None, files=(("2.csv", "2" * 64),))
+    assert repeated_channels(first, again) == ("capacitance",)
+
+
+@pytest.mark.parametrize("cut", [0, 7])
+def test_a_press_that_was_zeroed_is_known_again(cut: int) -> None:
+    first = _pressed(1)
+    points = first.channels["force"]
+    zeroed = replace(points, value=points.value[cut:] - 0.3, n_effective=points.n_effective[cut:])
+    again = replace(first, specimen="sensor 2", channels={"force": zeroed}, track=None, files=(("2.csv", "2" * 64),))
+    assert repeated_channels(first, again) == ("force",)
+    assert repeated_channels(again, first) == ("force",)
 
 
 def test_presses_of_one_truth_are_not_one_record_whatever_the_step_of_the_meter() -> None:
     for step in (0.0, 5e-15, 1e-13):
         presses = [_pressed(seed, step) for seed in range(20)]
-        assert not any(is_one_record(a, b, "capacitance") for a, b in combinations(presses, 2))
+        assert not any(repeated_channels(a, b) for a, b in combinations(presses, 2))
 
 
 def test_a_refusal_names_the_slip_that_is_behind_it() -> None:
@@ -387,7 +406,16 @@ def test_many_unknowns_are_checked_without_a_mode() -> None:
     lab = _lab(force_alone=True)
     names = [f"sensor {k}" for k in range(30)]
     specimens = tuple(replace(lab.experiment.specimens[0], name=name) for name in names)
-    sweeps = tuple(replace(lab.sweeps[0], specimen=name) for name in names)
+    force, rng = lab.sweeps[0].channels["force"], np.random.default_rng(2)
+    sd = lab.sweeps[0].noise["force"] / np.sqrt(force.n_effective)
+    sweeps = tuple(
+        replace(
+            _recorded(lab.sweeps[0], k),
+            specimen=name,
+            channels={"force": replace(force, value=force.value + sd * rng.standard_normal(sd.size))},
+        )
+        for k, name in enumerate(names)
+    )
     found = Lab(replace(lab.experiment, specimens=specimens), sweeps).check()
     assert not found.reasons
     assert found.first is None

@@ -35,17 +35,19 @@ def test_two_presses_of_one_machine_are_not_the_same(digits: int, noise: float) 
 def test_points_of_readings_coarser_than_their_noise_tell_nothing() -> None:
     means = np.round(np.linspace(97.0, 98.5, 40), 2)
 
-    def sweep(noise: float, cut: int) -> Sweep:
+    def sweep(noise: float, cut: int, file: str = "") -> Sweep:
         n = np.full(40 - cut, 30.0)
         found = NoiseEstimate(noise, 1.0, 0.01, 1.0, 1200, 1200, 40, 0)
         points = {"capacitance": Points(means[cut:], n)}
+        files = (("log.csv", file),) if file else ()
         return Sweep(
-            "s", "", 5e-3, points, None, {"capacitance": noise}, np.nan, np.nan, (), (), readings={"capacitance": found}
+            "s", "", 5e-3, points, None, {"capacitance": noise}, np.nan, np.nan, files, (), readings={"capacitance": found}
         )
 
     assert repeated_channels(sweep(0.02, 0), sweep(0.02, 2)) == ("capacitance",)
     assert repeated_channels(sweep(0.003, 0), sweep(0.003, 2)) == ()
-    assert repeated_channels(sweep(0.003, 0), sweep(0.003, 0)) == ("capacitance",)
+    assert repeated_channels(sweep(0.003, 0), sweep(0.003, 0)) == ()
+    assert repeated_channels(sweep(0.003, 0, "ab" * 32), sweep(0.003, 0, "ab" * 32)) == ("capacitance",)
 
 
 def test_ramps_that_a_machine_follows_and_what_stands_still_are_nobodys_own() -> None:
