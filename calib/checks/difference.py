@@ -45,7 +45,7 @@ _FARTHEST = 9.0
 class Side:
     """What one run says of an unknown, SI; of one that it fixes, its value with a standard deviation of 0."""
 
-    median: float
+    mean: float
     sd: float
     interval_90: tuple[float, float]
 
@@ -152,7 +152,7 @@ class Difference:
         """The same for JSON, SI; without the curves."""
 
         def side(of: Side | None) -> dict[str, Any] | None:
-            return None if of is None else {"median": of.median, "sd": of.sd, "interval_90": of.interval_90}
+            return None if of is None else {"mean": of.mean, "sd": of.sd, "interval_90": of.interval_90}
 
         pairs = {
             p.name: {"unit": p.unit, "first": side(p.first), "second": side(p.second), "z": p.z, "why": p.why}
@@ -164,14 +164,14 @@ class Difference:
         return {"runs": runs, **said, "unknowns": pairs, "differs": changed}
 
     def to_dataframe(self) -> pd.DataFrame:
-        """One row for each unknown: name, unit, median and sd of both runs (nan where it is none of one), z and why not."""
+        """One row for each unknown: name, unit, mean and sd of both runs (nan where it is none of one), z and why not."""
         import pandas as pd
 
         def numbers(of: Side | None) -> tuple[float, float]:
-            return (math.nan, math.nan) if of is None else (of.median, of.sd)
+            return (math.nan, math.nan) if of is None else (of.mean, of.sd)
 
         rows = [(p.name, p.unit, *numbers(p.first), *numbers(p.second), p.z, p.why) for p in self.pairs]
-        return pd.DataFrame(rows, columns=["name", "unit", "median_1", "sd_1", "median_2", "sd_2", "z", "why"])
+        return pd.DataFrame(rows, columns=["name", "unit", "mean_1", "sd_1", "mean_2", "sd_2", "z", "why"])
 
 
 def differences_of(
@@ -244,7 +244,7 @@ def _side(posterior: Posterior, name: str) -> Side | None:
         value = float(posterior.fixed[name])
         return Side(value, 0.0, (value, value))
     found = posterior.diagnostics.parameters.get(name)
-    return None if found is None else Side(found.median, found.sd, found.interval_90)
+    return None if found is None else Side(found.mean, found.sd, found.interval_90)
 
 
 def _why_not(name: str, infos: Sequence[Mapping[str, ParameterInfo]], sides: tuple[Side | None, Side | None]) -> str:

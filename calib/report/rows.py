@@ -157,12 +157,12 @@ def first_rows(first: FirstAnswer, *, sensor_only: bool = False) -> list[FirstRo
 
 
 def pair_rows(difference: Difference) -> list[tuple[str, str, str, str, str]]:
-    """Make the rows of the table of two runs: name, median and standard deviation of each, unit of display, z or why not."""
+    """Make the rows of the table of two runs: name, mean and standard deviation of each, unit of display, z or why not."""
     rows = []
     for pair in difference.pairs:
         q = QUANTITIES[UnknownName.parse(pair.name).parameter]
         sides = [
-            "-" if s is None else with_uncertainty(s.median * q.display_scale, s.sd * q.display_scale)
+            "-" if s is None else with_uncertainty(s.mean * q.display_scale, s.sd * q.display_scale)
             for s in (pair.first, pair.second)
         ]
         weighed = pair.why if pair.z is None else f"{pair.z:+.1f}" + (f" ({pair.why})" if pair.why else "")
