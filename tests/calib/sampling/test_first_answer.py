@@ -25,22 +25,22 @@ from models.sensor import FloatArray
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
 
 # Mean and sd [SI] of each unknown of the first specimen of `DATASET` alone, by another implementation: the sampler of this
-# project, 1,000 steps, 11,000 effective draws or more, seed 1, on 2026-11-27: within 0.01 sd and 0.7 %.
+# project, 1,140 steps, 12,000 effective draws or more, seed 1, on 2026-11-27: within 0.01 sd and 0.7 %.
 SAMPLED = {
-    "young_modulus": (618628, 9120.35),
-    "relative_permittivity": (2.78669, 0.0872952),
-    "parasitic_capacitance": (1.04848e-12, 7.34407e-13),
-    "machine_compliance": (3.09826e-06, 3.55845e-07),
-    "force_noise": (0.00427582, 0.000523586),
-    "capacitance_noise": (9.90482e-15, 1.1672e-15),
-    "force_discrepancy": (0.00155489, 0.00178392),
-    "capacitance_discrepancy": (0.00670277, 0.00640736),
-    "sensor_thickness[sensor 1]": (0.000746934, 1.7231e-05),
-    "padding_thickness[sensor 1]": (0.00108444, 2.10893e-05),
-    "dielectric_thickness[sensor 1]": (0.000160758, 4.96395e-06),
-    "contact_offset[sensor 1]": (0.000210783, 5.64253e-07),
-    "load_zero[sensor 1]": (0.343232, 0.000232188),
-    "clock_offset[sensor 1]": (3.45332, 0.0327317),
+    "young_modulus": (618768, 9180.86),
+    "relative_permittivity": (2.7873, 0.0874523),
+    "parasitic_capacitance": (1.03708e-12, 7.38744e-13),
+    "machine_compliance": (3.09208e-06, 3.62461e-07),
+    "force_noise": (0.00427937, 0.000525758),
+    "capacitance_noise": (9.89515e-15, 1.16206e-15),
+    "force_discrepancy": (0.001562, 0.00178102),
+    "capacitance_discrepancy": (0.00672357, 0.00645281),
+    "sensor_thickness[sensor 1]": (0.000746759, 1.72034e-05),
+    "padding_thickness[sensor 1]": (0.00108502, 2.11591e-05),
+    "dielectric_thickness[sensor 1]": (0.000160774, 4.96646e-06),
+    "contact_offset[sensor 1]": (0.000210786, 5.66557e-07),
+    "load_zero[sensor 1]": (0.343228, 0.000231183),
+    "clock_offset[sensor 1]": (3.45043, 0.0360738),
 }
 
 
