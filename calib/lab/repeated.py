@@ -7,9 +7,11 @@ several noisy ones in a row do not.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from calib.lab.sweep import Sweep
+from calib.lab.sweep import Points, Sweep
 from models.sensor import FloatArray, IntArray
 
 # Readings in a row that have to agree, and how many different steps from one to the next they have to take.
@@ -104,19 +106,32 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
     variances = [sweep.noise[name] ** 2 / sweep.channels[name].n_effective for sweep in (first, second)]
     exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
     fewest = max(_POINTS, SAME * min(one.value.size, other.value.size))
-    # Points of one are those of the other moved on by as many places, as many as were cut off.
+    for apart, expected in _beside_each_other(one, other, variances[0], variances[1]):
+        if apart.size >= fewest:
+            away = apart - np.median(apart)
+            alike = np.count_nonzero(np.abs(away) <= exactly) >= fewest
+            if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
+                return True
+    return False
+
+
+def _beside_each_other(
+    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """How far points are apart, in each way to lay them beside each other, and what variance is expected of that.
+
+    Along the crosshead's reading, however readings were put together to points; and point by point, those of one moved on by as
+    many places as may have been cut off.
+    """
+    if one.displacement is not None and other.displacement is not None and np.all(np.diff(one.displacement) > 0):
+        x = other.displacement
+        there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
+        value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
+        yield value - other.value[there], variance + of_other[there]
     for place in range(1 - other.value.size, one.value.size):
         mine = slice(max(place, 0), min(place + other.value.size, one.value.size))
         others = slice(mine.start - place, mine.stop - place)
-        if mine.stop - mine.start < fewest:
-            continue
-        apart = one.value[mine] - other.value[others]
-        apart -= np.median(apart)
-        alike = np.count_nonzero(np.abs(apart) <= exactly) >= fewest
-        expected = variances[0][mine] + variances[1][others]
-        if alike or (apart.size >= _MANY_POINTS and np.mean(apart**2 / expected) < _COPIED):
-            return True
-    return False
+        yield one.value[mine] - other.value[others], of_one[mine] + of_other[others]
 
 
 def _of_one_log(first: Sweep, second: Sweep) -> bool:

@@ -259,10 +259,22 @@ def test_a_press_saved_anew_with_fewer_digits_is_known_by_its_noise() -> None:
 def test_a_press_that_was_zeroed_is_known_again(cut: int) -> None:
     first = _pressed(1)
     points = first.channels["force"]
-    zeroed = replace(points, value=points.value[cut:] - 0.3, n_effective=points.n_effective[cut:])
+    assert points.displacement is not None
+    zeroed = Points(points.value[cut:] - 0.3, points.n_effective[cut:], displacement=points.displacement[cut:] + 1e-3)
     again = replace(first, specimen="sensor 2", channels={"force": zeroed}, track=None, files=(("2.csv", "2" * 64),))
     assert repeated_channels(first, again) == ("force",)
     assert repeated_channels(again, first) == ("force",)
+
+
+def test_readings_that_were_averaged_are_known_again() -> None:
+    first = _pressed(1)
+    points = first.channels["force"]
+    assert points.displacement is not None
+    between = 0.5 * (points.displacement[1:] + points.displacement[:-1])
+    force = np.interp(between, points.displacement, points.value)
+    averaged = Points(force, 2 * points.n_effective[1:], displacement=between)
+    again = replace(first, specimen="sensor 2", channels={"force": averaged}, track=None, files=(("2.csv", "2" * 64),))
+    assert repeated_channels(first, again) == ("force",)
 
 
 def test_presses_of_one_truth_are_not_one_record_whatever_the_step_of_the_meter() -> None:
