@@ -77,7 +77,8 @@ def draw_way_back(loading: FloatArray, after: float, rng: np.random.Generator) -
             times,
         )
         off = drawn.of_hysteresis(distance)
-        if np.max(np.abs(off)) < _MOST and np.all(np.diff(loading + off) <= 0):
+        # As well of a loop that runs the other way round: what is believed leans to neither side.
+        if np.max(np.abs(off)) < _MOST and np.all(np.abs(np.diff(off)) <= -np.diff(loading)):
             return drawn
 
 
