@@ -339,9 +339,8 @@ def _once_turned(way: _Way, sweep: TrueSweep, rng: np.random.Generator) -> Float
     stops, leaves = times[first[0]], times[first[-1]]
     below = np.flatnonzero((reading <= contact) & (times > leaves))
     gone = times[below[0]] if below.size else times[-1]
-    loading = np.interp(np.linspace(top, contact, 201), way.reading, way.capacitance)
-    change = float(loading[0] - loading[-1])
-    drawn = draw_way_back((loading - loading[-1]) / change, float(times[-1] - stops), rng)
+    change = float(np.ptp(np.interp([contact, top], way.reading, way.capacitance)))
+    drawn = draw_way_back(float(times[-1] - stops), rng)
     distance = np.clip((top - np.interp(time, times, reading)) / (top - contact), 0.0, 1.0)
     return np.where(time < gone, change * drawn.at(distance, time - stops, time - leaves), 0.0)
 
