@@ -1,6 +1,6 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
-from calib.lab.clocks import draw_way_back
+from calib.lab.clocks import draw_once_turned
 from calib.lab.evidence import SIGNED
 from calib.lab.instruments import (
     AS_FOUND,
@@ -46,7 +46,7 @@ __all__ = [
     "Unread",
     "Use",
     "check_name",
-    "draw_way_back",
+    "draw_once_turned",
     "grade_rows",
     "hertz_onset",
     "is_unit_of",

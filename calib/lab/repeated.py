@@ -7,6 +7,7 @@ several noisy ones in a row do not.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -105,20 +106,19 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
         return True
     variances = [sweep.noise[name] ** 2 / sweep.channels[name].n_effective for sweep in (first, second)]
     exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
-    fewest = max(_POINTS, SAME * min(one.value.size, other.value.size))
-    for apart, expected in _beside_each_other(one, other, variances[0], variances[1]):
-        if apart.size >= fewest:
-            away = apart - np.median(apart)
-            alike = np.count_nonzero(np.abs(away) <= exactly) >= fewest
-            if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
-                return True
+    fewest = max(_POINTS, math.ceil(SAME * min(one.value.size, other.value.size)))
+    for apart, expected in _beside_each_other(one, other, variances[0], variances[1], fewest):
+        away = apart - np.median(apart)
+        alike = np.count_nonzero(np.abs(away) <= exactly) >= fewest
+        if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
+            return True
     return False
 
 
 def _beside_each_other(
-    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray
+    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray, fewest: int
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """How far points are apart, in each way to lay them beside each other, and what variance is expected of that.
+    """How far points are apart, in each way to lay `fewest` or more beside each other, and what variance is expected of that.
 
     Along the crosshead's reading, however readings were put together to points; and point by point, those of one moved on by as
     many places as may have been cut off.
@@ -126,9 +126,10 @@ def _beside_each_other(
     if one.displacement is not None and other.displacement is not None and np.all(np.diff(one.displacement) > 0):
         x = other.displacement
         there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
-        value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
-        yield value - other.value[there], variance + of_other[there]
-    for place in range(1 - other.value.size, one.value.size):
+        if np.count_nonzero(there) >= fewest:
+            value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
+            yield value - other.value[there], variance + of_other[there]
+    for place in range(fewest - other.value.size, one.value.size - fewest + 1):
         mine = slice(max(place, 0), min(place + other.value.size, one.value.size))
         others = slice(mine.start - place, mine.stop - place)
         yield one.value[mine] - other.value[others], of_one[mine] + of_other[others]

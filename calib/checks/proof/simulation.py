@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from calib.checks.proof.presses import Log, SimulatedPress
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
-from calib.lab import AS_FOUND, draw_way_back
+from calib.lab import AS_FOUND, draw_once_turned
 from calib.problem import CORRELATION_LENGTH, Calibrated, lookup, specimen_design
 from models.fem import FiniteElements
 from models.sensor import Design, FloatArray
@@ -26,9 +26,6 @@ STEPS, ACCURACY = 32, 5e-4
 
 # Points between which the way of the crosshead is turned into depth, and share of the way that lies before contact.
 _FINE = 4001
-
-# Share of the way from contact to the turning point within which the crosshead stands there.
-_AT_TOP = 1e-3
 
 # Degree of the polynomial by which a curve grows, over the root of depth, faster than by Hertz's law.
 _DEGREE = 8
@@ -333,16 +330,8 @@ def _once_turned(way: _Way, sweep: TrueSweep, rng: np.random.Generator) -> Float
     from what is believed there: with none, offsets are found better than is said of them.
     """
     (time, times), reading = _times_of_both(sweep.press), _needed(sweep.reading)
-    top, contact = float(np.max(reading)), sweep.at_contact
-    at_top = np.flatnonzero(reading > top - _AT_TOP * (top - contact))
-    first = at_top[: int(np.argmax([*(np.diff(at_top) > 1), True])) + 1]  # of several cycles the first
-    stops, leaves = times[first[0]], times[first[-1]]
-    below = np.flatnonzero((reading <= contact) & (times > leaves))
-    gone = times[below[0]] if below.size else times[-1]
-    change = float(np.ptp(np.interp([contact, top], way.reading, way.capacitance)))
-    drawn = draw_way_back(float(times[-1] - stops), rng)
-    distance = np.clip((top - np.interp(time, times, reading)) / (top - contact), 0.0, 1.0)
-    return np.where(time < gone, change * drawn.at(distance, time - stops, time - leaves), 0.0)
+    change = float(np.ptp(np.interp([sweep.at_contact, np.max(reading)], way.reading, way.capacitance)))
+    return change * draw_once_turned(time, times, reading, sweep.at_contact, rng)
 
 
 def _written(

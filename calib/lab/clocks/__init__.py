@@ -3,6 +3,6 @@
 from calib.lab.clocks.estimate import clock_offset
 from calib.lab.clocks.offset import ClockOffset, Confidence
 from calib.lab.clocks.records import loading_window, record
-from calib.lab.clocks.way_back import draw_way_back
+from calib.lab.clocks.way_back import draw_once_turned
 
-__all__ = ["ClockOffset", "Confidence", "clock_offset", "draw_way_back", "loading_window", "record"]
+__all__ = ["ClockOffset", "Confidence", "clock_offset", "draw_once_turned", "loading_window", "record"]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.lab.stretches import stretches
 from models.sensor import FloatArray
 
 #: Share of the capacitance change by which it may creep after the crosshead stops (sd, of each rate).
@@ -19,6 +20,8 @@ DEGREE = 5
 RETURN = ((0.03, 1e-6), (0.5, 1e-6), (0.5, 0.01))
 #: Share of the depth on either side of the turning point in which the capacitance is taken as such a function.
 WINDOW = 0.5
+# Share of the way from contact to the turning point within which the crosshead stands there.
+_AT_TOP = 1e-3
 # Hysteresis of a draw at most, as a share of the capacitance change: it is the shape of a sensor that tells its capacitance.
 _MOST = 0.05
 
@@ -55,6 +58,28 @@ class WayBack:
         crept = (1 - np.exp(-np.maximum(since_top, 0.0)[:, None] / self.creep_times)) @ self.creep
         gone = np.where(since_leaving > 0, self.of_hysteresis(distance) + _fading(distance) * self.step, 0.0)
         return np.asarray(_fading(distance) * crept + gone, dtype=float)
+
+
+def draw_once_turned(
+    time: FloatArray, times: FloatArray, reading: FloatArray, contact: float, rng: np.random.Generator
+) -> FloatArray:
+    """Draw what readings of a meter differ by from those of loading at the same place, in capacitance changes, (n,).
+
+    Parameters
+    ----------
+    time : [s], (n,), of the readings, by the clock of the tester.
+    times, reading : [s], [m], (n_row,), the tester's record of the crosshead; of several cycles the first counts.
+    contact : [m], its reading where contact begins.
+    rng : of the draw.
+    """
+    top = float(np.max(reading))
+    begin, end = stretches(reading > top - _AT_TOP * (top - contact))[0]
+    stops, leaves = times[begin], times[end - 1]
+    below = np.flatnonzero((reading <= contact) & (times > leaves))
+    gone = times[below[0]] if below.size else times[-1]
+    drawn = draw_way_back(float(times[-1] - stops), rng)
+    distance = np.clip((top - np.interp(time, times, reading)) / (top - contact), 0.0, 1.0)
+    return np.where(time < gone, drawn.at(distance, time - stops, time - leaves), 0.0)
 
 
 def draw_way_back(after: float, rng: np.random.Generator) -> WayBack:

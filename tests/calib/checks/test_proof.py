@@ -31,7 +31,8 @@ from calib.checks.proof.replicate import (
 )
 from calib.checks.proof.simulation import Curve, TrueSweep, curve_of, true_sweeps, write_lab
 from calib.experiment import Experiment, experiment_from, read_experiment, read_sweeps
-from calib.lab import Sweep, draw_way_back
+from calib.lab import Sweep
+from calib.lab.clocks.way_back import draw_way_back
 from calib.problem import Problem, build_problem, medians, of_lot, prior_values, residuals
 from models.analytic import ClosedForm
 from models.sensor import Design, design_from
