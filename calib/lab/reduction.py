@@ -12,8 +12,9 @@ import numpy as np
 from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
 
-# Groups of readings in which the onset of the curve's bend is looked for, and pieces of the spline of that curve.
-_GROUPS, _STIFF = 300, 3
+# Groups of readings in which the onset of the curve's bend is looked for; as far beyond a coarse one as such shares of the
+# abscissa, the first in which further powers add less than so many variances; and pieces of the spline of that curve.
+_GROUPS, _NEAR, _POWERS, _UNSEEN, _STIFF = 300, (1.0, 0.5, 0.35, 0.25, 0.18), (1.5, 2.0, 2.5), 9.0, 6
 # Pieces, at most, of the splines among which the smooth is chosen.
 _PIECES = (12, 6, 3, 1)
 
@@ -126,21 +127,40 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
     return (lambda at: np.asarray(basis(np.atleast_1d(at)) @ coefficients * scale + shift)), int(rank)
 
 
-def _bend_smooth(x: FloatArray, y: FloatArray, means: _Means, onset: float) -> Callable[[FloatArray], FloatArray]:
+def _bend_smooth(
+    x: FloatArray, y: FloatArray, means: _Means, onset: float, variance: float
+) -> Callable[[FloatArray], FloatArray]:
     """A smooth of y over x that is stiff, for what a bend makes of the mean of a bin, with an onset of its own.
 
     Next to the onset a smooth that fits tens of readings follows their noise, and one whose onset is off by a bin bends where
-    the curve does not: together they make the square of a point's error there up to 50 % larger than is stated.
+    the curve does not: together they make the square of a point's error there up to 50 % larger than is stated. Powers of the
+    distance from the onset tell where it is, from as much of the press as they describe: further on a layer stiffens.
+
+    `variance` is that of a mean of `means`.
     """
     length = max(float(np.ptp(x)), 1e-300)
-    u = means.x / length
-    onsets = np.clip(onset / length + np.arange(-0.1, 0.15, 0.005), u[0], u[0] + 0.85)
+    first, best = float(means.x[0]) / length, onset / length
+    for share in _NEAR:
+        near = means.x <= max(onset, means.x[0]) + share * length
+        u, v = means.x[near] / length, means.y[near] - np.mean(means.y[near])
+        found = onset / length
+        for steps in (np.arange(-0.1, 0.15, 0.005), np.arange(-0.004, 0.0045, 0.0005)):
+            onsets = np.clip(found + steps, first, first + 0.85)
+            explained = np.sum(_explained(u, v, onsets, _POWERS) ** 2, axis=1)
+            found = float(onsets[np.argmax(explained)])
+        best = found
+        more = _explained(u, v, np.array([found]), (*_POWERS, 3.0, 3.5))
+        if float(np.sum(more[:, -2:] ** 2)) <= _UNSEEN * variance:
+            break
+    return _fit_smooth(x, y, best * length, _STIFF)[0]
+
+
+def _explained(u: FloatArray, v: FloatArray, onsets: FloatArray, powers: tuple[float, ...]) -> FloatArray:
+    """Components of v along a constant, a line and powers of the distance u from onsets, made orthonormal, (n_onset, n_term)."""
     w = np.maximum(u - onsets[:, None], 0.0)
     line = np.broadcast_to(u - u[0], w.shape)
-    basis = np.stack([np.ones_like(w), line, w**1.5, w**2, w**2.5, w**3], axis=2)
-    explained = np.einsum("oij,i->oj", np.linalg.qr(basis).Q, means.y - np.mean(means.y))
-    best = float(onsets[np.argmax(np.sum(explained**2, axis=1))]) * length
-    return _fit_smooth(x, y, best, _STIFF)[0]
+    basis = np.stack([np.ones_like(w), line, *(w**power for power in powers)], axis=2)
+    return np.asarray(np.einsum("oij,i->oj", np.linalg.qr(basis).Q, v))
 
 
 def _onset_of_fit(means: _Means, onset: float, most: int) -> float:
@@ -244,7 +264,7 @@ def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *,
     mean_x = np.bincount(which, x, edges.size - 1)[full] / count[full]
     mean_y = np.bincount(which, y, edges.size - 1)[full] / count[full]
     # A bent curve's mean is not its value at the mean abscissa: take the difference, known from a stiff smooth, off.
-    bent = _bend_smooth(x, y, means, onset)
+    bent = _bend_smooth(x, y, means, onset, noise**2 * tau * means.x.size / n)
     bend = np.bincount(which, bent(x), edges.size - 1)[full] / count[full] - bent(mean_x)
     n_effective = np.maximum(count[full] / tau, 1.0)
     if step > 0:

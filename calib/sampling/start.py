@@ -21,7 +21,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 11
+START_VERSION = 12
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.

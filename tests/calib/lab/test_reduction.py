@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,36 @@ def test_points_next_to_contact_scatter_as_stated_where_force_begins_as_on_a_pad
         scores.append(((r.value - on_padding(r.abscissa)) / (NOISE / np.sqrt(r.n_effective)))[near])
     # 480 points: the mean of their squares is known to 6 %. A smooth that follows their noise makes it 1.24.
     assert np.mean(np.concatenate(scores) ** 2) < 1.12
+
+
+def gently(w: FloatArray) -> FloatArray:
+    """Twice as stiff at the end, and 1 % more and less on the way."""
+    return (1 + w**4) * (1 + 0.01 * np.sin(6 * w))
+
+
+def suddenly(w: FloatArray) -> FloatArray:
+    """Twice as stiff from two thirds of the press on, and 2 % more and less on the way."""
+    return (1 + 1 / (1 + np.exp(-12 * (w - 0.66)))) * (1 + 0.02 * np.sin(6 * w))
+
+
+@pytest.mark.parametrize("stiffens", [gently, suddenly])
+def test_quiet_points_next_to_contact_scatter_as_stated_where_the_force_goes_up_by_no_power_of_depth(
+    stiffens: Callable[[FloatArray], FloatArray],
+) -> None:
+    x, noise = np.linspace(0, 1, 1260), 1e-3
+
+    def force(at: FloatArray) -> FloatArray:
+        w = np.maximum(at - 0.25, 0.0) / 0.75
+        return np.asarray(3 * w**1.5 * stiffens(w))
+
+    scores = []
+    for seed in range(80):
+        y = force(x) + noise * np.random.default_rng(seed).normal(size=x.size)
+        r = reduce_channel(x, y, 40, coarse_onset(x, y))
+        near = (r.abscissa > 0.22) & (r.abscissa < 0.28)
+        scores.append(((r.value - force(r.abscissa)) / (noise / np.sqrt(r.n_effective)))[near])
+    # An onset that the whole press tells makes it 13 in one, one that always the same part of it tells 6 in the other.
+    assert np.mean(np.concatenate(scores) ** 2) < (2.2 if stiffens is suddenly else 1.3)
 
 
 @pytest.mark.parametrize("noise", [3e-4, 1e-3])
