@@ -156,7 +156,7 @@ def _bend_smooth(
 
 
 def _explained(u: FloatArray, v: FloatArray, onsets: FloatArray, powers: tuple[float, ...]) -> FloatArray:
-    """Components of v along a constant, a line and powers of the distance u from onsets, made orthonormal, (n_onset, n_term)."""
+    """Components of v along a constant, a line and powers of the distance of u from onsets, (n_onset, n_term), orthonormal."""
     w = np.maximum(u - onsets[:, None], 0.0)
     line = np.broadcast_to(u - u[0], w.shape)
     basis = np.stack([np.ones_like(w), line, *(w**power for power in powers)], axis=2)

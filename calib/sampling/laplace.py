@@ -8,9 +8,9 @@ how probable u is,
     A(u) = P + M^T S(u)^-1 M,   b(u) = g + M^T S(u)^-1 (y - m(u)),                                                    (1)
     log p(u | y) = -(log det S + (y - m)^T S^-1 (y - m) - b^T A^-1 b + log det A + u^T u) / 2,
 
-with S the covariance of the readings, g and P the slope and the bend of the prior. So u is drawn from a Student density found in
-rounds of importance sampling, and the rest is drawn given it. Without the compliance in u, draws lay beside the ridge along
-which it goes to zero, none of them told so, and its 90 % intervals held 85 % (`docs/first_answer.md`).
+with S the covariance of the readings, g and P the slope and the bend of the prior. So u is drawn from a Student density found
+in rounds of importance sampling, and the rest is drawn given it. Without the compliance in u, draws lay beside the ridge along
+which it goes to zero, no weight told so, and its intervals of 90 % held 85 % (`docs/first_answer.md`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at
+from calib.problem import PredictedReadings, Problem, log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at
 from calib.sampling.coordinates import Coordinates
 from calib.sampling.funnel import log_student
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
@@ -81,9 +81,9 @@ class StudentDensity:
 class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `first`, u, and normal given them in the `rest`, r of (1).
 
-    `gradient` and `bend` are g and P of (1), `slopes` M (n_point, n_rest) of each channel of each sweep, or of those that repeat
-    each other; `of_first` is the density of u. What is known given u costs most, so that `each` neighbouring draws may share
-    their u; 1 for draws that are all independent.
+    `gradient` and `bend` are g and P of (1), `slopes` M (n_point, n_rest) of each channel of each sweep, or of those that
+    repeat each other; `of_first` is the density of u. What is known given u costs most, so that `each` neighbouring draws may
+    share their u; 1 for draws that are all independent.
     """
 
     space: Coordinates
@@ -216,17 +216,12 @@ def _drawn_first(space: Coordinates, x: FloatArray, sd: FloatArray) -> IntArray:
 
     Those are not that go together with others before the data: what is pooled in a lot, and what is exchanged.
     """
-    problem = space.problem
+    problem, every = space.problem, range(x.size)
+    scales = [k for k in every if problem.parameters[k].parameter in SCALES]
     tied = {exchange.column for exchange in space.exchanges} | {int(k) for lot in problem.table.lots for k in lot.columns}
-    bent = {
-        k: _bend_of(problem, k, float(x[k]), float(sd[k])) for k in range(x.size) if k not in tied and not _is_scale(problem, k)
-    }
-    most = sorted((k for k in bent if bent[k] > _BENT), key=lambda k: -bent[k])[:_MOST_BENT]
-    return np.array(sorted([*(k for k in range(x.size) if _is_scale(problem, k)), *most]), dtype=np.int64)
-
-
-def _is_scale(problem: Problem, column: int) -> bool:
-    return problem.parameters[column].parameter in SCALES
+    bends = {k: _bend_of(problem, k, float(x[k]), float(sd[k])) for k in set(every) - set(scales) - tied}
+    most = sorted((k for k in bends if bends[k] > _BENT), key=lambda k: -bends[k])[:_MOST_BENT]
+    return np.array(sorted([*scales, *most]), dtype=np.int64)
 
 
 def _bend_of(problem: Problem, column: int, z: float, sd: float) -> float:

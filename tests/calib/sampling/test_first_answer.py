@@ -14,8 +14,9 @@ from calib.experiment.experiment_file import read_experiment
 from calib.priors.distributions import Normal
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, build_problem, problem_from
+from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo
-from calib.problem.values import columns_at, coordinates_of
+from calib.problem.values import columns_at, coordinates_of, specimen_design
 from calib.sampling.estimate import answer_of, first_answer, look_at
 from calib.sampling.findings import FirstAnswer, FirstEstimate, ParameterSummary
 from calib.sampling.posterior import Posterior
@@ -85,6 +86,25 @@ def test_one_specimen_comes_out_as_it_is_sampled(one_specimen: Problem) -> None:
         found = first.parameters[name]
         assert abs(found.mean - mean) < 0.15 * sd, name  # that of the load zero is off by 0.10 sd
         assert 0.88 < found.sd / sd < 1.12, name
+
+
+def test_a_compliance_near_zero_is_followed_to_zero(one_specimen: Problem) -> None:
+    values = {name: np.array([mean]) for name, (mean, _) in SAMPLED.items()}
+    rig = Rig(
+        contact_offset=2e-4, machine_compliance=3e-7, parasitic_capacitance=1e-12, clock_offset=3.0, capacitance_noise=1e-14
+    )
+    design = specimen_design(one_specimen, values, "sensor 1", "").draw(0)
+    rng = np.random.default_rng(1)
+    sweep = synthetic_sweep(one_specimen.forward, design, 0.62e-3, rig, rng, specimen="sensor 1")
+    problem = build_problem(one_specimen.experiment, [sweep], one_specimen.forward)
+    look = look_at(problem)
+    found = columns_at(problem, look.theta)[:, problem.names.index("machine_compliance")]
+    order = np.argsort(found)
+    low, high = np.interp([0.05, 0.95], np.cumsum(look.weight[order]), found[order])
+    # By the sampler of this project: 8,000 effective draws, 2026-11-28. Draws that take the compliance's coordinate for
+    # straight end at 0.21 um/N, 700 of them effective.
+    assert low == pytest.approx(0.078e-6, abs=0.04e-6)
+    assert high == pytest.approx(1.17e-6, abs=0.12e-6)
 
 
 def test_the_same_problem_gets_the_same_answer(one_specimen: Problem) -> None:

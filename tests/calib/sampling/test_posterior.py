@@ -321,7 +321,7 @@ def test_what_is_known_round_a_mode_is_a_density_and_near_the_posterior(each: in
     mode = find_modes(target, np.random.SeedSequence(1))[0].x
     known = replace(laplace_density(target.space, mode, random), each=each)
     x = known.draw(random, 4000)
-    assert len(np.unique(x[:, known.scales], axis=0)) == -(-4000 // each)
+    assert len(np.unique(x[:, known.first], axis=0)) == -(-4000 // each)
     one_by_one = [known.log_density(row[None])[0] for row in x[-7:][::-1]]
     np.testing.assert_allclose(known.log_density(x)[-7:][::-1], one_by_one, rtol=1e-9)
     # For draws x of a density q that is nowhere zero, q(x + d) / q(x) is 1 in the mean, whatever d is.
