@@ -36,7 +36,7 @@ from calib.lab.unloading import compare_branches
 from calib.priors import Prior, default_prior
 from calib.problem import build_problem, values_at
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import K_HAT, look_at, smooth_weights
+from calib.sampling import K_HAT, look_at
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
 from models.sensor import Design, FloatArray, design_from
@@ -102,7 +102,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         look = look_at(problem)
     except ValueError as error:
         return {**row, "why": str(error)}
-    weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+    weight, k_hat = look.smoothed
     row |= {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
     if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
         return {**row, "why": "its weighted draws cannot be trusted"}

@@ -36,7 +36,7 @@ from calib.experiment import Experiment, Specimen, forward_of_experiment, read_e
 from calib.priors import HalfNormal, LogNormal, Normal, Prior, default_prior
 from calib.problem import Problem, as_next_specimen, build_problem, values_at, values_of_lot
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import K_HAT, Gate, first_answer, look_at, sample, smooth_weights
+from calib.sampling import K_HAT, Gate, first_answer, look_at, sample
 from models.response import Forward
 from models.sensor import FloatArray, design_from
 
@@ -132,7 +132,7 @@ def answer(n: int, seed: int, sampled: bool) -> dict[str, Any]:
     weight: FloatArray = np.empty(0)
     try:
         look = look_at(problem)
-        weight, row["k_hat"] = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+        weight, row["k_hat"] = look.smoothed
         row["effective"] = round(look.effective_draws, 1)
         if look.confirmed and look.effective_draws > WORTH and row["k_hat"] < K_HAT:
             row["by"] = "first answer"

@@ -44,7 +44,7 @@ from calib.lab import Sweep
 from calib.priors import Fixed, Normal
 from calib.problem import Problem, build_problem, columns_at
 from calib.problem.synthetic import synthetic_sweep
-from calib.sampling import K_HAT, Look, Posterior, look_at, sample, smooth_weights
+from calib.sampling import K_HAT, Look, Posterior, look_at, sample
 from models.curves import curves_of, press_to, signal_at
 from models.fem import FiniteElements
 from models.fem.capacitance import row_positions
@@ -177,7 +177,7 @@ def _lab(kind: str, seed: int) -> Lab:
 def _calibrated(lab: Lab, chains: bool) -> tuple[dict[str, Any], Posterior]:
     """How a lab was calibrated, and its posterior."""
     look = look_at(lab.problem)
-    weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+    weight, k_hat = look.smoothed
     row = {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
     if chains or not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
         posterior = sample(lab.problem, seed=1, processes=0, max_steps=STEPS_OF_CHAINS)

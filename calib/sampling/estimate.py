@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
 from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, put_together, values_at, values_of_lot
+from calib.sampling.archive import smooth_weights
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import StudentDensity, importance_weights, laplace_density
@@ -73,6 +74,11 @@ class Look:
     def effective_draws(self) -> float:
         """How many independent draws it is worth."""
         return 1 / float(np.sum(self.weight**2))
+
+    @property
+    def smoothed(self) -> tuple[FloatArray, float]:
+        """The weights with their tail made smooth, (n_draw,), which sum to 1, and k-hat: above `K_HAT` they say nothing."""
+        return smooth_weights(np.log(np.maximum(self.weight, 1e-300)))
 
 
 def first_answer(problem: Problem, near: Mapping[str, float] | None = None, floor: float = -math.inf) -> FirstAnswer:

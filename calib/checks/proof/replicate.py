@@ -36,7 +36,7 @@ from calib.problem import (
     prior_values,
     values_of_lot,
 )
-from calib.sampling import K_HAT, Gate, NothingSampled, look_at, sample, smooth_weights
+from calib.sampling import K_HAT, Gate, NothingSampled, look_at, sample
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
 from models.threads import one_thread
@@ -194,7 +194,7 @@ def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
         look = look_at(problem)
     except ValueError:
         return None
-    weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+    weight, k_hat = look.smoothed
     if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
         return None
     of_lots = values_of_lot(problem, look.theta, np.random.default_rng(0)).values()
