@@ -84,6 +84,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],
         "error that 95 % of 8 designs stay below",
     ),
+    "first_answers.py": (["nothing", "--labs", "1", "--steps", str(BLOCK), "--processes", "0"], "| nothing | 1 | 0 |"),
     "gripper.py": (["exact", "--labs", "1", "--draws", "100", "--processes", "0"], "| exact | design | 1 | 0 |"),
     "lots.py": (["-n", "1", "--labs", "1"], "padding_thickness"),
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),

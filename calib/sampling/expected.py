@@ -1,6 +1,6 @@
 """A problem, a point and draws of its scales in, what the readings of sweeps tell of its unknowns out, taken as linear there.
 
-Readings m are taken as linear in all unknowns but the scales (noises and discrepancies), as in `calib.sampling.laplace`. What
+Readings m are taken as linear in all unknowns but the scales, noises and discrepancies. What
 they tell of the unknowns z, whatever will be read, is the expected information
 
     I(u) = M^T S(u)^-1 M,   M = dm/dz,                                                                              (1)
