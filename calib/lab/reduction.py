@@ -13,8 +13,9 @@ from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
 
 # Groups of readings in which the onset of the curve's bend is looked for; as far beyond a coarse one as such shares of the
-# abscissa, the first in which further powers add less than so many variances; and pieces of the spline of that curve.
-_GROUPS, _NEAR, _POWERS, _UNSEEN, _STIFF = 300, (1.0, 0.5, 0.35, 0.25, 0.18), (1.5, 2.0, 2.5), 9.0, 6
+# abscissa, the first in which further powers add less than so many variances, if so many groups are there; and pieces of the
+# spline of that curve.
+_GROUPS, _NEAR, _POWERS, _UNSEEN, _FEWEST, _STIFF = 300, (1.0, 0.5, 0.35, 0.25, 0.18), (1.5, 2.0, 2.5), 9.0, 30, 6
 # Pieces, at most, of the splines among which the smooth is chosen.
 _PIECES = (12, 6, 3, 1)
 
@@ -142,6 +143,8 @@ def _bend_smooth(
     first, best = float(means.x[0]) / length, onset / length
     for share in _NEAR:
         near = means.x <= max(onset, means.x[0]) + share * length
+        if share < 1.0 and np.count_nonzero(near) < _FEWEST:
+            break
         u, v = means.x[near] / length, means.y[near] - np.mean(means.y[near])
         found = onset / length
         for steps in (np.arange(-0.1, 0.15, 0.005), np.arange(-0.004, 0.0045, 0.0005)):
