@@ -16,16 +16,14 @@ from typing import Any
 
 import numpy as np
 from planted import KINDS as PLANTED
-from planted import Kind, calibrated_as
+from planted import Kind, calibrated_as, planted_lab
 from simulated.faulty import DEPTH, EXPERIMENT, POINTS
 from simulated.labs import lab_parser, parsed, rows_of
-from simulated.usual import usual_lab
 
 from calib.experiment import forward_of_experiment, read_experiment
 from calib.problem import build_problem, columns_at
 from calib.problem.synthetic import synthetic_sweep
 from calib.sampling import K_HAT, Gate, look_at, sample
-from models.sensor import design_from
 from models.threads import one_thread
 
 #: Noise [N] of a reading of quiet labs, and what chains have to reach.
@@ -48,10 +46,7 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
     experiment = calibrated_as(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190311])
-    truth, rig = usual_lab(experiment, rng, 1.6)
-    truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
-    truth["padding_poisson_ratio"] = kind.poisson_ratio
-    design = design_from(truth, friction_coefficient=kind.friction, base="slippery" if kind.slippery else "bonded")
+    _, design, rig = planted_lab(experiment, kind, rng)
     rig = replace(rig, force_noise=QUIET) if name == "quiet" else rig
     forward = forward_of_experiment(experiment)
     specimen = experiment.specimens[0].name

@@ -25,11 +25,11 @@ from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import parse_prior
 from calib.problem import build_problem
-from calib.problem.synthetic import synthetic_sweep
+from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import sample
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
-from models.sensor import INCOMPRESSIBLE, design_from
+from models.sensor import INCOMPRESSIBLE, Base, Design, design_from
 from models.threads import one_thread
 
 #: Force [N] at which the signal counts, on a foam, which a ball presses flat sooner, and the paddings [m] to choose from.
@@ -85,6 +85,15 @@ def calibrated_as(experiment: Experiment, kind: Kind) -> Experiment:
     return replace(whole, priors={**whole.priors, **more})
 
 
+def planted_lab(experiment: Experiment, kind: Kind, rng: np.random.Generator) -> tuple[dict[str, float], Design, Rig]:
+    """Draw a lab of a kind: the values of its sensor, SI by name, that sensor, and the rig that it is pressed on."""
+    truth, rig = usual_lab(experiment, rng, 1.6)
+    truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
+    truth["padding_poisson_ratio"] = kind.poisson_ratio
+    base: Base = "slippery" if kind.slippery else "bonded"
+    return truth, design_from(truth, friction_coefficient=kind.friction, base=base), rig
+
+
 def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     """Simulate and calibrate one lab; where truth lies."""
     with one_thread():
@@ -95,10 +104,7 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
     experiment = calibrated_as(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190304])
-    truth, rig = usual_lab(experiment, rng, 1.6)
-    truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
-    truth["padding_poisson_ratio"] = kind.poisson_ratio
-    design = design_from(truth, friction_coefficient=kind.friction, base="slippery" if kind.slippery else "bonded")
+    truth, design, rig = planted_lab(experiment, kind, rng)
     specimen = experiment.specimens[0].name
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)
     forward = forward_of_experiment(experiment)
