@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 from simulated.faulty import KINDS, Lab, lab_of, true_signal
-from simulated.labs import lab_parser, parsed, rows_of
+from simulated.labs import print_labs
 
 from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere, with_sensitivity
 from calib.decision import Requirement, recommend
@@ -117,11 +117,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Judge the labs that are asked for and print the table of all."""
-    parser = lab_parser(__doc__, KINDS, 14)
-    parser.add_argument("--steps", type=int, default=1500, help="of each walker, at most")
-    given = parsed(parser, words, KINDS)
-    rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
-    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
+    print_labs(words, __doc__, KINDS, calibrate, table, labs=14, limit=("--steps", 1500, "of each walker, at most"))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 Draws that miss a part of the posterior have the best of weights, so that neither k-hat nor how many are effective tells. Each
 lab is one specimen as those of the shipped experiment, pressed on the surrogate that it is calibrated with, of a model that
-`planted.py` has; friction is drawn from its prior. Printed for each kind, of labs whose weights are trusted and chains
+`planted.py` has, or of Gent's law, or with quiet readings. Printed for each kind, of labs whose weights are trusted and chains
 converged: how large the standard deviation by weights is beside that of chains, in the mean of labs and the smallest, and how
 far means lie apart, for the unknown with which it is worst and for all. With -o labs are kept, a line of JSON each.
 """
@@ -18,7 +18,7 @@ import numpy as np
 from planted import KINDS as PLANTED
 from planted import Kind, calibrated_as, planted_lab
 from simulated.faulty import DEPTH, EXPERIMENT, POINTS
-from simulated.labs import lab_parser, parsed, rows_of
+from simulated.labs import print_labs
 
 from calib.experiment import forward_of_experiment, read_experiment
 from calib.problem import build_problem, columns_at
@@ -93,11 +93,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Calibrate the labs that are asked for both ways and print the table of all."""
-    parser = lab_parser(__doc__, KINDS, 6)
-    parser.add_argument("--steps", type=int, default=6000, help="of each walker, at most")
-    given = parsed(parser, words, KINDS)
-    rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
-    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
+    print_labs(words, __doc__, KINDS, calibrate, table, labs=6, limit=("--steps", 6000, "of each walker, at most"))
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from simulated.discrepant import curve_off, drawn_widths
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, SPEED, Curve, curve_of
-from simulated.labs import lab_parser, parsed, rows_of
+from simulated.labs import print_labs
 
 from calib.decision import ForceReading, Gripper, Status
 from calib.decision.inverse import table_of
@@ -218,11 +218,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Answer the labs that are asked for and print the table of all."""
-    parser = lab_parser(__doc__, KINDS, 60)
-    parser.add_argument("--draws", type=int, default=1000, help="of each posterior")
-    given = parsed(parser, words, KINDS)
-    rows = rows_of(answer, given.kinds, given.labs, given.draws, given.processes, given.output)
-    print("\n".join(table(sorted(rows, key=lambda row: KINDS.index(row["kind"])))))
+    print_labs(words, __doc__, KINDS, answer, table, labs=60, limit=("--draws", 1000, "of each posterior"))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
-from simulated.labs import lab_parser, parsed, rows_of
+from simulated.labs import print_labs
 from simulated.usual import usual_lab
 
 from calib.decision import Requirement, recommend
@@ -156,11 +156,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Calibrate the labs that are asked for and print the table of all."""
-    parser = lab_parser(__doc__, KINDS, 60)
-    parser.add_argument("--steps", type=int, default=3000, help="of each walker, at most")
-    given = parsed(parser, words, KINDS)
-    rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
-    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
+    print_labs(words, __doc__, KINDS, calibrate, table, labs=60, limit=("--steps", 3000, "of each walker, at most"))
 
 
 if __name__ == "__main__":

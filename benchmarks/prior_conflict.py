@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from simulated.faulty import Lab, lab_of
-from simulated.labs import lab_parser, parsed, rows_of
+from simulated.labs import print_labs
 
 from calib.catalogue import SCALES
 from calib.checks import conflict_limit
@@ -127,11 +127,7 @@ def _any(row: Mapping[str, Any], diagnosis: str) -> bool:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Judge the labs that are asked for and print the table of all."""
-    parser = lab_parser(__doc__, KINDS, 40)
-    parser.add_argument("--draws", type=int, default=4000, help="of each posterior")
-    given = parsed(parser, words, KINDS)
-    rows = rows_of(judged, given.kinds, given.labs, given.draws, given.processes, given.output)
-    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
+    print_labs(words, __doc__, KINDS, judged, table, labs=40, limit=("--draws", 4000, "of each posterior"))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import product
 from multiprocessing import get_context
@@ -88,3 +88,34 @@ def parsed(parser: argparse.ArgumentParser, words: Sequence[str] | None, kinds: 
         parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(known)}")
     given.kinds = given.kinds or known
     return given
+
+
+def print_labs(
+    words: Sequence[str] | None,
+    doc: str | None,
+    kinds: Sequence[str] | Mapping[str, object],
+    calibrate: Callable[..., dict[str, Any]],
+    table: Callable[[Sequence[Mapping[str, Any]]], Iterator[str]],
+    *,
+    labs: int,
+    limit: tuple[str, int, str],
+) -> None:
+    """Calibrate the labs that are asked for and print the table of all, by kinds in their order.
+
+    Parameters
+    ----------
+    words : of the command line; None for those of this process.
+    doc : of the benchmark.
+    kinds : that there are.
+    calibrate : as in `rows_of`.
+    table : lines of all rows.
+    labs : of each kind if nothing is said.
+    limit : name of the option whose number `calibrate` takes beside kind and seed, its default, and its help.
+    """
+    option, default, meaning = limit
+    order = list(kinds)
+    parser = lab_parser(doc, order, labs)
+    parser.add_argument(option, dest="limit", metavar="N", type=int, default=default, help=meaning)
+    given = parsed(parser, words, order)
+    rows = rows_of(calibrate, given.kinds, given.labs, given.limit, given.processes, given.output)
+    print("\n".join(table(sorted(rows, key=lambda row: order.index(row["kind"])))))

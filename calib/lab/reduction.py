@@ -140,22 +140,25 @@ def _bend_smooth(
     `variance` is that of a mean of `means`.
     """
     length = max(float(np.ptp(x)), 1e-300)
-    first, best = float(means.x[0]) / length, onset / length
+    best = onset / length
     for share in _NEAR:
         near = means.x <= max(onset, means.x[0]) + share * length
         if share < 1.0 and np.count_nonzero(near) < _FEWEST:
             break
         u, v = means.x[near] / length, means.y[near] - np.mean(means.y[near])
-        found = onset / length
-        for steps in (np.arange(-0.1, 0.15, 0.005), np.arange(-0.004, 0.0045, 0.0005)):
-            onsets = np.clip(found + steps, first, first + 0.85)
-            explained = np.sum(_explained(u, v, onsets, _POWERS) ** 2, axis=1)
-            found = float(onsets[np.argmax(explained)])
-        best = found
-        more = _explained(u, v, np.array([found]), (*_POWERS, 3.0, 3.5))
+        best = _onset_of_powers(u, v, onset / length)
+        more = _explained(u, v, np.array([best]), (*_POWERS, 3.0, 3.5))
         if float(np.sum(more[:, -2:] ** 2)) <= _UNSEEN * variance:
             break
     return _fit_smooth(x, y, best * length, _STIFF)[0]
+
+
+def _onset_of_powers(u: FloatArray, v: FloatArray, onset: float) -> float:
+    """The onset next to a coarse one from which powers explain most of v over u, which begins where no onset is before."""
+    for steps in (np.arange(-0.1, 0.15, 0.005), np.arange(-0.004, 0.0045, 0.0005)):
+        onsets = np.clip(onset + steps, u[0], u[0] + 0.85)
+        onset = float(onsets[np.argmax(np.sum(_explained(u, v, onsets, _POWERS) ** 2, axis=1))])
+    return onset
 
 
 def _explained(u: FloatArray, v: FloatArray, onsets: FloatArray, powers: tuple[float, ...]) -> FloatArray:

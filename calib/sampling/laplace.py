@@ -245,8 +245,8 @@ def _given_first(given: LaplaceDensity, u: FloatArray) -> _Given:
     models = list(model_sweeps(problem, problem.forward, problem.plans, values))
     for model in models:
         possible &= model.covered
-    together = put_together(problem.plans, models) if np.any(possible) else ()
-    for some, slope in zip(together, given.slopes, strict=bool(np.any(possible))):
+    together = zip(put_together(problem.plans, models), given.slopes, strict=True) if np.any(possible) else ()
+    for some, slope in together:
         readings = some.readings.only(possible[some.covered])
         misfit = readings.observed - readings.mean
         columns = np.concatenate([np.broadcast_to(slope, (len(misfit), *slope.shape)), misfit[..., None]], axis=2)
