@@ -14,8 +14,9 @@ from models.sensor import BoolArray, FloatArray
 
 # Groups of readings in which the onset of the curve's bend is looked for; as far beyond a coarse one as such shares of the
 # abscissa, the first in which further powers add less than so many variances, if so many groups are there; and pieces of the
-# spline of that curve.
+# spline of that curve. How unsure the onset is tells a curvature over so much of the abscissa, and this is the most.
 _GROUPS, _NEAR, _POWERS, _UNSEEN, _FEWEST, _STIFF = 300, (1.0, 0.5, 0.35, 0.25, 0.18), (1.5, 2.0, 2.5), 9.0, 30, 6
+_ASIDE, _WIDEST = 0.002, 0.05
 # Pieces, at most, of the splines among which the smooth is chosen.
 _PIECES = (12, 6, 3, 1)
 
@@ -104,10 +105,10 @@ def _means_of(x: FloatArray, y: FloatArray) -> _Means:
     return _Means(np.array([np.mean(x[g]) for g in groups]), np.array([np.mean(y[g]) for g in groups]))
 
 
-def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[Callable[[FloatArray], FloatArray], int]:
-    """A smooth of y over x: powers of the distance from the onset, and a cubic spline for what they leave. With its freedom.
+def _smooth_basis(x: FloatArray, onset: float, most: int) -> Callable[[FloatArray], FloatArray]:
+    """What smooths over x consist of, at -> (n_at, n_term): powers of the distance from the onset, and a cubic spline.
 
-    The spline has `most` pieces at most.
+    The spline, for what powers leave, has `most` pieces at most.
     """
     from scipy.interpolate import BSpline  # a quarter of a second, which those do not wait for who read no lab file
 
@@ -116,7 +117,6 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
     pieces = int(np.clip(np.sum(x > lo + u0 * length) // 15, 1, most))
     inner = np.linspace(u0, 1.0, pieces + 1)[1 if u0 < 0.02 else 0 : -1]
     knots = np.concatenate([np.zeros(4), inner, np.ones(4)])
-    shift, scale = float(np.mean(y)), max(float(np.std(y)), 1e-300)
 
     def basis(at: FloatArray) -> FloatArray:
         u = np.clip((at - lo) / length, 0.0, 1.0)
@@ -124,22 +124,27 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
         powers = np.stack([w**1.5, w**2, w**2.5], axis=1)
         return np.hstack([powers, BSpline.design_matrix(u, knots, 3).toarray()])
 
+    return basis
+
+
+def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[Callable[[FloatArray], FloatArray], int]:
+    """The smooth of y over x by least squares, and its freedom."""
+    basis = _smooth_basis(x, onset, most)
+    shift, scale = float(np.mean(y)), max(float(np.std(y)), 1e-300)
     coefficients, _, rank, _ = np.linalg.lstsq(basis(x), (y - shift) / scale, rcond=1e-9)
     return (lambda at: np.asarray(basis(np.atleast_1d(at)) @ coefficients * scale + shift)), int(rank)
 
 
-def _bend_smooth(
-    x: FloatArray, y: FloatArray, means: _Means, onset: float, variance: float
-) -> Callable[[FloatArray], FloatArray]:
-    """A smooth of y over x that is stiff, for what a bend makes of the mean of a bin, with an onset of its own.
+def _onset_of_bend(means: _Means, onset: float, variance: float) -> tuple[float, float]:
+    """Where the curve leaves its flat part, and the standard deviation of that, from the readings next to it.
 
-    Next to the onset a smooth that fits tens of readings follows their noise, and one whose onset is off by a bin bends where
-    the curve does not: together they make the square of a point's error there up to 50 % larger than is stated. Powers of the
-    distance from the onset tell where it is, from as much of the press as they describe: further on a layer stiffens.
+    A smooth whose onset is off by a bin bends where the curve does not, which makes the square of a point's error there up to
+    50 % larger than is stated. Powers of the distance from the onset tell where it is, from as much of the press as they
+    describe: further on a layer stiffens.
 
     `variance` is that of a mean of `means`.
     """
-    length = max(float(np.ptp(x)), 1e-300)
+    length = max(float(np.ptp(means.x)), 1e-300)
     best = onset / length
     for share in _NEAR:
         near = means.x <= max(onset, means.x[0]) + share * length
@@ -150,7 +155,32 @@ def _bend_smooth(
         more = _explained(u, v, np.array([best]), (*_POWERS, 3.0, 3.5))
         if float(np.sum(more[:, -2:] ** 2)) <= _UNSEEN * variance:
             break
-    return _fit_smooth(x, y, best * length, _STIFF)[0]
+    onsets = best + _ASIDE * np.array([-1.0, 0.0, 1.0])
+    around = np.sum(_explained(u, v, onsets, _POWERS) ** 2, axis=1)
+    lost = around[1] - (around[0] + around[2]) / 2
+    sd = min(_ASIDE * math.sqrt(variance / lost), _WIDEST) if lost > 0 else _WIDEST
+    return best * length, sd * length
+
+
+def _bend_of_bins(
+    x: FloatArray, y: FloatArray, mean: Callable[[FloatArray], FloatArray], onset: float
+) -> tuple[FloatArray, FloatArray]:
+    """What the curve's bend adds to the means over bins, (n_bin,), and what taking it off does to their variances.
+
+    The bend is that of a stiff smooth, as one that fits tens of readings follows their noise next to the onset. It takes some
+    of the noise of each bin for bend all the same, and the more the wider a bin is: means less the bend have a variance that is
+    larger by the second, (n_bin,), if that of a reading is 1.
+
+    `mean` takes readings, (n_reading,) or (n_reading, m), to their means over the bins.
+    """
+    basis = _smooth_basis(x, onset, _STIFF)
+    terms = basis(x)
+    inverse = np.linalg.pinv(terms, rcond=1e-9)
+    means = mean(terms)
+    bends = means - basis(mean(x))
+    covariance = inverse @ inverse.T
+    variance = np.einsum("bi,ij,bj->b", bends - 2 * means, covariance, bends)
+    return bends @ (inverse @ (y - np.mean(y))), variance
 
 
 def _onset_of_powers(u: FloatArray, v: FloatArray, onset: float) -> float:
@@ -265,17 +295,21 @@ def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *,
     outliers = int(np.sum(np.abs(y - fitted) > 6 * noise))
     edges = _edges(float(np.min(x)), float(np.max(x)), onset, n_points)
     which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
-    count = np.bincount(which, minlength=edges.size - 1)
-    full = count > 0
-    mean_x = np.bincount(which, x, edges.size - 1)[full] / count[full]
-    mean_y = np.bincount(which, y, edges.size - 1)[full] / count[full]
-    # A bent curve's mean is not its value at the mean abscissa: take the difference, known from a stiff smooth, off.
-    bent = _bend_smooth(x, y, means, onset, noise**2 * tau * means.x.size / n)
-    bend = np.bincount(which, bent(x), edges.size - 1)[full] / count[full] - bent(mean_x)
-    n_effective = np.maximum(count[full] / tau, 1.0)
+    _, which, count = np.unique(which, return_inverse=True, return_counts=True)
+    order, starts = np.argsort(which, kind="stable"), np.cumsum(count) - count
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray((np.add.reduceat(values[order], starts, axis=0).T / count).T)
+
+    mean_x, mean_y = mean(x), mean(y)
+    # A bent curve's mean is not its value at the mean abscissa: take the difference off. It is as unsure as the bend's onset.
+    at, sd = _onset_of_bend(means, onset, noise**2 * tau * means.x.size / n)
+    (bend, taken), (less, _), (more, _) = (_bend_of_bins(x, y, mean, at + aside) for aside in (0.0, -sd, sd))
+    variance = tau * (1 / count + taken) + ((more - less) / (2 * noise)) ** 2
+    n_effective = np.maximum(1 / variance, 1.0)
     if step > 0:
         # Readings that stay on one or two levels do not average the resolution away.
-        levels = np.array([np.unique(y[which == b]).size for b in np.flatnonzero(full)])
+        levels = np.array([np.unique(y[which == b]).size for b in range(count.size)])
         n_effective = np.where(levels < 3, 1.0, n_effective)
     estimate = NoiseEstimate(noise, tau, step, n_row / n, n_row, n, mean_x.size, outliers)
     return Reduced(mean_x, mean_y - bend, n_effective, estimate, smooth, edges)
