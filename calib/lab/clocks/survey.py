@@ -13,6 +13,8 @@ from models.sensor import FloatArray
 
 # Alternatives whose misfit is below this many times the best one's are not excluded: models of creep and hysteresis are rough.
 _MISFIT_RATIO = 2.0
+# What noise alone makes of it is known and counts once, but for chance: so many of its standard deviations.
+_BY_CHANCE = 4.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ def survey(meter: MeterRecord, tester: CrossheadRecord, low: float, high: float)
 
     Two misfits count: that of the readings within the tester's record, as a function of its displacement, and that of those
     outside, where nothing is known to have moved, as a constant. Cycles that the record does not hold are the same misfit at
-    each offset of a whole period, so that these remain alternatives.
+    each offset of a whole period, so that these remain alternatives. What noise alone makes of the misfit within is the same
+    wherever the log lies, and makes no alternative of what fits far worse than it does.
 
     Parameters
     ----------
@@ -51,25 +54,31 @@ def survey(meter: MeterRecord, tester: CrossheadRecord, low: float, high: float)
     misfit = _misfit(meter, tester)
     rising = True
     sums = np.array([misfit(g, True) for g in grid])
-    if np.min(np.sum(sums, axis=1)) > 0.5 * np.max(np.sum(sums, axis=1)):
-        other = np.array([misfit(g, False) for g in grid])
-        if np.min(np.sum(other, axis=1)) < 0.5 * np.min(np.sum(sums, axis=1)):
-            rising, sums = False, other
+    total = np.sum(sums[:, :2], axis=1)
+    if np.min(total) > 0.5 * np.max(total):
+        other = np.sum([misfit(g, False)[:2] for g in grid], axis=1)
+        if np.min(other) < 0.5 * np.min(total):
+            rising, total = False, other
     # The grid may step over a sharp minimum: look closer at the lowest of them.
-    total = np.sum(sums, axis=1)
     lows = [i for i in range(grid.size) if total[i] == np.min(total[max(i - 1, 0) : i + 2])]
     lows = sorted(lows, key=lambda i: total[i])[:25]
     near = np.concatenate([grid[i] + step * np.linspace(-1, 1, 21) for i in lows])
     fine = np.unique(np.concatenate([grid, near[(near >= low) & (near <= high)]]))
     sums = np.array([misfit(g, rising) for g in fine])
-    total = np.sum(sums, axis=1)
-    within, outside = sums[int(np.argmin(total))]
-    slack = _MISFIT_RATIO * float(within) + 30 * (meter.noise / meter.change) ** 2
+    total = np.sum(sums[:, :2], axis=1)
+    least = int(np.argmin(total))
+    within, outside, _ = sums[least]
+    variance = (meter.noise / meter.change) ** 2
+    slack = _MISFIT_RATIO * float(within) + 30 * variance
     fits = (sums[:, 0] <= slack) & (sums[:, 1] <= 1.2 * outside + slack)
+    shape = sums[:, 0] - sums[:, 2] * variance
+    by_chance = _BY_CHANCE * np.sqrt(2 * sums[:, 2]) * variance
+    as_well = shape <= _MISFIT_RATIO * max(float(shape[least]), 0.0) + 30 * variance + by_chance
     ranges = []
     for b, e in stretches(fits):
         k = b + int(np.argmin(total[b:e]))
-        ranges.append((float(total[k]), OffsetRange(float(fine[k]), float(fine[b]), float(fine[e - 1]))))
+        if np.any(as_well[b:e]):
+            ranges.append((float(total[k]), OffsetRange(float(fine[k]), float(fine[b]), float(fine[e - 1]))))
     ranges.sort(key=lambda a: a[0])
     best = ranges[0][1]
     # Two dips on one slope are one range: alternatives are those that lie further off than the survey resolves.
@@ -77,15 +86,18 @@ def survey(meter: MeterRecord, tester: CrossheadRecord, low: float, high: float)
     return [best, *(a for _, a in ranges[1:] if max(a.low - best.high, best.low - a.high) > apart)]
 
 
-def _misfit(meter: MeterRecord, tester: CrossheadRecord) -> Callable[[float, bool], tuple[float, float]]:
-    """A function of an offset and of whether the capacitance rises in contact: the misfits within and outside the record."""
+def _misfit(meter: MeterRecord, tester: CrossheadRecord) -> Callable[[float, bool], tuple[float, float, int]]:
+    """A function of an offset and of whether the capacitance rises in contact.
+
+    It gives the misfits within and outside the record, and of how many groups of readings that within is.
+    """
     groups = np.array_split(np.arange(meter.time.size), min(meter.time.size, 700))
     t, c = (np.array([v[g].mean() for g in groups]) for v in (meter.time, meter.capacitance))
     root = np.sqrt(np.array([g.size for g in groups], dtype=float))
     y: FloatArray = (c - np.average(c, weights=root**2)) / meter.change
     low, high = (float(q) for q in np.quantile(y, [0.05, 0.95]))
 
-    def misfit(offset: float, rising: bool) -> tuple[float, float]:
+    def misfit(offset: float, rising: bool) -> tuple[float, float, int]:
         at = t + offset
         inside = (at >= tester.time[0]) & (at <= tester.time[-1])
         rest = low if rising else high
@@ -100,6 +112,6 @@ def _misfit(meter: MeterRecord, tester: CrossheadRecord) -> Callable[[float, boo
         residual = target - basis @ a
         if (a[1] + a[2] + a[3] < 0) == rising:
             residual = (root * (y - rest))[inside]
-        return float(residual @ residual), outside
+        return float(residual @ residual), outside, residual.size
 
     return misfit

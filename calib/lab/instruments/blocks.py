@@ -12,20 +12,18 @@ from itertools import islice, pairwise, takewhile
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.between import NUMBER_OF_PAGE, RUN, SPECIMEN, is_remark, names_another
 from calib.lab.instruments.clock_cells import is_clock, is_reading
 from calib.lab.instruments.header import DELIMITERS, SAID_BY_NUMBER, split_blanks, split_line, width_of_row
-from calib.lab.instruments.labtable import IntArray, Reading, Unread
-from calib.lab.instruments.lexicon import OF_TESTERS, TURNS
+from calib.lab.instruments.labtable import Reading, Unread
 from calib.lab.instruments.lines import (
     FEW_ROWS,
     Table,
-    is_comment,
     is_other_header,
     is_result,
     kind_of_line,
     left_out,
     n_named,
-    n_needed,
     not_read,
     passed_over,
     says_nothing,
@@ -40,11 +38,10 @@ from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import units_in_row
-from calib.lab.instruments.torn import thousands_advice, thousands_in
 from calib.lab.instruments.touching import numbers_in_one
 from calib.lab.instruments.unit_cells import unit_cell
-from calib.lab.instruments.units import RECORDED, is_unit_of, looks_like_unit, stands_for
 from calib.lab.instruments.vocabulary import EXAMPLE, understand
+from calib.lab.instruments.widths import check_width, remarks_beside, with_a_stray_cell, with_whole_remarks
 
 
 def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading) -> Table:
@@ -76,13 +73,13 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading)
     results = _labelled_results(rows, kept, width)
     unread += not_read(sheet, [start + i for i in results], "results below the rows, with their names in front", words=False)
     kept = [i for i in kept if i not in results]
-    chosen = _with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
+    chosen = with_whole_remarks([rows[i] for i in kept], width, sheet.delimiter)
     lines = np.array(kept, dtype=np.int64) + start + 1
-    beside = _remarks_beside(chosen, width, sheet.delimiter)
+    beside = remarks_beside(chosen, width, sheet.delimiter)
     chosen = [row[:width] if i in beside else row for i, row in enumerate(chosen)]
-    stray = _with_a_stray_cell(chosen, width, sheet.delimiter)
+    stray = with_a_stray_cell(chosen, width, sheet.delimiter)
     chosen = [[c for c in row if c.strip()] if i in stray else row for i, row in enumerate(chosen)]
-    _check_width(sheet, chosen, lines, width)
+    check_width(sheet, chosen, lines, width)
     short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width) | stray
     full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
     own = next(b for b in blocks if b.rows[0] in kept)
@@ -197,7 +194,7 @@ def _blocks(
         if says_nothing(row, len(names)):
             passed.append(start + i)
             continue
-        of_page = _begins_with_a_word(row) and _NUMBER_OF_PAGE.search(" ".join(" ".join(row).split())) is not None
+        of_page = _begins_with_a_word(row) and NUMBER_OF_PAGE.search(" ".join(" ".join(row).split())) is not None
         kind = "text" if i < head or of_page else kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
@@ -237,7 +234,7 @@ def _blocks(
                 break
             apart.append(i)
         else:
-            remarks = [k for k in apart if _is_remark(text.lines[start + k])]
+            remarks = [k for k in apart if is_remark(text.lines[start + k])]
             if blocks[-1].rows:
                 faults += [_of_scale(text, start + k) for k in remarks if speaks_of_scale(text.lines[start + k])]
             if remarks and blocks[-1].rows:
@@ -283,7 +280,7 @@ def _blocks(
 
 def _runs_on(sheet: Sheet, rows: list[list[str]], line: str, above: Sequence[int], first: int) -> bool:
     """Whether a line of words, of no run or specimen, stands among rows that go on: those `above`, and from `first` on."""
-    if SPECIMEN.search(line) or _RUN.search(line) or not is_only_words(line):
+    if SPECIMEN.search(line) or RUN.search(line) or not is_only_words(line):
         return False
     quantities = {i: h.quantity for i, h in sheet.headings.items() if h.quantity != "status"}
     key = min(quantities)
@@ -367,97 +364,17 @@ def _other_names_needed(sheet: Sheet, at: int) -> Fault:
     )
 
 
+# Lines between a header and its rows are no more than this.
+_LONGEST_HEAD = 40
 # Rows on either side of a line that show whether clock and press run on across it, and how many such lines are looked at.
 _BESIDE, _REMARKS = 10, 20
 # Rows whose cells are parted otherwise are fewer than this share of the others, or refused.
 _FEW_OTHERWISE = 0.05
 # A number by itself, its thousands set apart by blanks.
 _ONE_NUMBER = re.compile(r"[-+]?\d{1,3}(?: \d{3})*(?:[.,]\d+)?|[-+]?\d+[.,]\d+(?:[eE][-+]?\d+)?")
-# "Status: Running" among the rows, as testers write it.
-_STATUS = re.compile(
-    r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I
-)
-# "--- unloading ---".
-_BETWEEN_DASHES = re.compile(r"[-=*~#>]{2,}\s*(?P<words>[^\W\d_][^\d,;\t]*?)\s*[-=*~#<]*")
-# "Page 2 of 3", as a program writes it that prints a table.
-_PAGE = re.compile(
-    r"[-=*~\s]*(?:page|seite|página|pagina|pág\.?|strona|sida|side|страница|стр\.?|第)\s*\d+\s*"
-    r"(?:(?:of|von|de|di|sur|z|av|из|/)\s*\d+|页|頁|ページ)?[-=*~\s]*",
-    re.IGNORECASE,
-)
-# The same at the end of a line that stands on every page.
-_NUMBER_OF_PAGE = re.compile(rf"(?<![^\W_]){_PAGE.pattern}$", re.IGNORECASE)
-# A line that numbers or names a run, of another ball or specimen for all that it says.
-_RUN = re.compile(
-    r"(?<![^\W_])(?:run|test|trial|experiment|versuch|messung|muster|serie|series|batch|essai|mesure|ensayo|prova|próba|pomiar|"
-    r"опыт|образец|测试|试验|測定|試験)\s*(?:no\.?|nr\.?|#|:)?\s*(?:\d+|[a-z])(?![^\W_])",
-    re.IGNORECASE,
-)
-# A line that is nothing but a name with a number: "# S2", "# sensor B7", "File: press_02.csv".
-_NAME_ALONE = re.compile(
-    r"[#%/;*\s\"']*(?:[a-z]{1,3}[ _-]?\d{1,3}|(?:sensors?|capteur|balls?|kugel|electrode|elektrode|spot|pad|taxel|channel)"
-    r"\s*(?:no\.?|nr\.?|#|:|=)?\s*[a-z]{0,3}[ _-]?\d{1,3}|(?:file|filename|datei|fichier|archivo)\s*[:=]\s*\S.*)[\s,;\"'=-]*",
-    re.IGNORECASE,
-)
-# So much of a remark is looked at.
-_LONGEST_REMARK = 200
 _ANOTHER_RUN = (
     "If the rows below it are of another press or specimen, save them in a file of their own; if they go on, remove the line"
 )
-
-
-def _is_remark(line: str) -> bool:
-    """Whether a line of text among the rows changes nothing of them.
-
-    Such are a comment that names no specimen or run, a tester's status, what it does between dashes, a word alone
-    that the ball turns or waits, and the number of a page.
-    """
-    plain = line.strip().strip(",;\t")
-    if plain.strip(' "').lower() in TURNS:
-        return True
-    status = _STATUS.fullmatch(plain) or _BETWEEN_DASHES.fullmatch(plain)
-    if status is not None:
-        return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
-    return _PAGE.fullmatch(plain) is not None or (is_comment(line) and not _names_another(line) and not changes_the_rig(line))
-
-
-def _names_another(line: str) -> bool:
-    """Whether a line may name another specimen, sensor, file or run."""
-    return bool(SPECIMEN.search(line) or _RUN.search(line) or _NAME_ALONE.fullmatch(line[:_LONGEST_REMARK]))
-
-
-# What was changed for another, in either order of the words.
-_CHANGED = (
-    r"new|changed?|another|other|next|different|replaced|exchanged|swapped|neue[rsmn]?|andere[rsmn]?|nächste[rsmn]?|"
-    r"gewechselt|getauscht|ausgetauscht|nouve(?:au|lle)|autre|chang[ée]e?|remplacée?|nuev[oa]|otr[oa]|cambiad[oa]|cambio de|"
-    r"reemplazad[oa]|nuov[oa]|altr[oa]|cambiat[oa]|sostituit[oa]|nov[oa]|outr[oa]|trocad[oa]|nieuwe?|vervangen|nowy|nowa|inn[ay]"
-)
-_OF_RIG = (
-    r"specimens?|samples?|test ?pieces?|sensors?|balls?|indenters?|tips?|probe[ns]?|prüfling|prüfkörper|kugel|stempel|"
-    r"eindringkörper|éprouvette|échantillon|capteur|bille|poinçon|probeta|muestra|bola|punta|provino|campione|sfera|"
-    r"amostra|esfera|monster|kogel|próbka|kulka|electrodes?|elektroden?|électrodes?|electrodos?|elettrod[oi]|"
-    r"press(?:es)?|spots?|stelle"
-)
-_CHANGE_OF_RIG = re.compile(
-    rf"(?<![^\W_])(?:(?:{_CHANGED})(?:\W+\w+)?\W+(?:{_OF_RIG})|(?:{_OF_RIG})\W+(?:\w+\W+)?(?:{_CHANGED}))(?![^\W_])"
-    r"|(?:新|换|換|更换|交換|別の).{0,3}(?:试样|試験片|サンプル|样品|球|传感器|センサ)"
-    rf"|(?<![^\W_])(?:moved|shifted|verschoben|déplacée?|movid[oa]|spostat[oa])(?:\W+\w+)?\W+(?:{_OF_RIG})(?![^\W_])"
-    rf"|(?<![^\W_])(?:{_OF_RIG})(?![^\W_])[^.;]{{0,20}}(?:->|→|=>)",
-    re.IGNORECASE,
-)
-
-
-def changes_the_rig(text: str) -> bool:
-    """Whether words say that another specimen, sensor or ball was put in.
-
-    Parameters
-    ----------
-    text : of a line or a cell.
-
-    >>> [changes_the_rig(words) for words in ("# changed sample", "new ball 8 mm", "neue Probe", "sample touched", "hold")]
-    [True, True, True, False, False]
-    """
-    return _CHANGE_OF_RIG.search(text[:_LONGEST_REMARK]) is not None
 
 
 def _of_scale(text: LabText, at: int) -> Fault:
@@ -543,12 +460,6 @@ def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> 
     return [f"a table of {n} row(s) from line {line} on left out"]
 
 
-#: Words by which a line or a name speaks of a specimen.
-SPECIMEN = re.compile(
-    r"specimen|sample|test ?piece|probe\b|prüfling|prüfkörper|éprouvette|échantillon|probeta|muestra|试样|試験片|サンプル", re.I
-)
-
-
 def _numbered(header: Sequence[str]) -> str:
     """The specimen whose number stands in the first cell of a header."""
     return f"specimen {header[0].strip()}" if header and header[0].strip().isdecimal() else ""
@@ -557,9 +468,9 @@ def _numbered(header: Sequence[str]) -> str:
 def _label(sheet: Sheet, header: int) -> str:
     """The nearest line above a header that names a specimen, a sensor, a file or a run, within eight lines."""
     for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
-        if _names_another(line):
+        if names_another(line):
             named = re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()
-            return _NUMBER_OF_PAGE.sub("", named)[:60]
+            return NUMBER_OF_PAGE.sub("", named)[:60]
     return ""
 
 
@@ -609,245 +520,3 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
 
     ends = [(_number_of(sheet, rows[b.rows[0]], time), _number_of(sheet, rows[b.rows[-1]], time)) for b in blocks]
     return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
-
-
-def _with_whole_remarks(rows: list[list[str]], width: int, delimiter: str) -> list[list[str]]:
-    """The rows, with a remark in their last cell put together where delimiters within it cut it: "max; unload" in two.
-
-    The last column is one of text, and the cells before it are numbers where those of the other rows are.
-    """
-    if width < 2 or delimiter == " " or all(len(row) <= width for row in rows):
-        return rows
-    fitting = [row for row in rows if len(row) == width]
-    last = {cell.strip() for cell in (row[-1] for row in fitting)} - {""}
-    if not fitting or any(map(is_reading, last)):
-        return rows
-    numbers = [k for k in range(width - 1) if 2 * sum(is_reading(row[k]) for row in fitting) > len(fitting)]
-    whole: list[list[str]] = []
-    for row in rows:
-        surplus = [c.strip() for c in row[width - 1 :]]
-        cut = len(row) > width and all(is_reading(row[k]) for k in numbers) and not any(map(is_reading, surplus))
-        cut = cut and any(surplus[0]) and any(surplus[1:])
-        whole.append([*row[: width - 1], f"{delimiter} ".join(surplus)] if cut else row)
-    return whole
-
-
-# Lines between a header and its rows are no more than this.
-_LONGEST_HEAD = 40
-# Rows with a remark behind their last cell are fewer than this share.
-_FEW_BESIDE = 0.25
-# What may be a reading, with its unit or cut, or a factor of one.
-_LIKE_A_NUMBER = re.compile(r"[\W_]*[x×]?\s?\d", re.IGNORECASE)
-
-
-def _remarks_beside(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> dict[int, str]:
-    """The words behind the last cell of a few rows that are wider than the header: row -> words.
-
-    None if one of them may be a reading, its unit or its factor, or if the cells under the names in one of these rows are not
-    readings where those of the other rows are, and no others: they may be moved by a place.
-    """
-    fitting = [row for row in rows if len(row) == width or not any(c.strip() for c in row[width:])]
-    wide = {i: [c.strip() for c in row[width:] if c.strip()] for i, row in enumerate(rows) if len(row) > width}
-    wide = {i: words for i, words in wide.items() if words}
-    if len(wide) > _FEW_BESIDE * len(rows):
-        return {}
-    usual = [2 * sum(is_reading(row[k]) for row in fitting if k < len(row)) > len(fitting) for k in range(width)]
-    for i, words in wide.items():
-        if any(_LIKE_A_NUMBER.match(w) or is_missing(w) or is_over_range(w) or looks_like_unit(w) for w in words):
-            return {}
-        if not any(usual) or any(is_reading(cell) != reading for cell, reading in zip(rows[i], usual, strict=False)):
-            return {}
-    return {i: f"{delimiter.strip()} ".join(words) for i, words in wide.items()}
-
-
-_MOVED = (
-    "Take the empty cell away if the others then go on from those of the rows beside them, or remove the row; where all rows "
-    "begin so, put an empty cell before the names"
-)
-
-
-def _fits_once_moved(row: Sequence[str], width: int) -> bool:
-    """Whether a row that is too wide begins with an empty cell, without which it has a cell for each name."""
-    return (
-        not row[0].strip()
-        and bool(row[1].strip())
-        and bool(row[width].strip())
-        and not any(c.strip() for c in row[width + 1 :])
-    )
-
-
-# Rows with a stray empty cell are fewer than this share of the full ones.
-_FEW_STRAY = 0.05
-# Of all rows more than such a share have a cell more than the header.
-_MOSTLY_WIDER = 0.5
-#: What the reason says of such a row.
-OF_STRAY = "one of them empty"
-
-
-def _with_a_stray_cell(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> dict[int, str]:
-    """Single rows with a cell too many, one of them empty within the row, where others are full: row -> why it is left out."""
-    if delimiter == " ":
-        return {}
-    stray = [
-        i
-        for i, row in enumerate(rows)
-        if len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) and [c.strip() for c in row].count("") == 1
-    ]
-    n_full = sum(len(row) == width and all(map(str.strip, row)) for row in rows)
-    if len(stray) > _FEW_STRAY * n_full:
-        return {}
-    return dict.fromkeys(stray, f"{width + 1} cells, {OF_STRAY}, where most rows have {width}")
-
-
-def _all_options(sheet: Sheet, widest: int) -> str:
-    """The options that say what every column is and its unit; with numbers where as many names as are too many say nothing."""
-    named = n_needed(sheet)
-    strange = [i for i in range(named) if i not in sheet.headings]
-    known = len(strange) == named - widest
-    said: dict[str, str] = {}
-    for index, heading in sheet.headings.items():
-        quantity, behind = stands_for(heading.quantity), sheet.names[index + 1 : index + 2]
-        unit = sheet.unit_written(index) or next((name for name in behind if is_unit_of(name, quantity)), "...")
-        number = index + 1 - sum(i < index for i in strange) if known else "..."
-        if quantity in RECORDED:
-            said.setdefault(quantity, f"--columns {quantity}={number} --units {quantity}={unit}")
-    return " ".join(said.values()) or "--columns force=... --units force=..."
-
-
-def _words_among(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
-    """Rows with a cell too many, one of them a word without which the others are numbers where those of the full rows are."""
-    wide = [i for i, row in enumerate(rows) if len(row) == width + 1 and row[-1].strip()]
-    full = [row for row in rows if len(row) == width][:_SAMPLE] if wide else []
-    if not full:
-        return {}
-    usual = [2 * sum(is_reading(row[k]) for row in full) > len(full) for k in range(width)]
-    found: dict[int, int] = {}
-    for i in wide:
-        row = rows[i]
-        words = [
-            k for k, cell in enumerate(row) if cell.strip() and not is_reading(cell) and not _LIKE_A_NUMBER.match(cell.strip())
-        ]
-        at = [k for k in words if all(map(_fits, [*row[:k], *row[k + 1 :]], usual))]
-        if len(at) == 1:
-            found[i] = at[0]
-    return found
-
-
-def _fits(cell: str, reading: bool) -> bool:
-    """Whether a cell is empty, or a number where one is due and none where a word is."""
-    return not cell.strip() or is_reading(cell) == reading
-
-
-def _word_among(sheet: Sheet, words: Sequence[tuple[int, str, int]], width: int) -> Fault:
-    """The fault of rows in which a word stands among the readings: line, word and column of each."""
-    line, word, index = words[0]
-    others = [str(of) for of, _, _ in words[1:]]
-    named = ", ".join(others[:_LINES_NAMED]) + (
-        f" and {len(others) - _LINES_NAMED} others" if len(others) > _LINES_NAMED else ""
-    )
-    also = f" (and so in line{'s' if len(others) > 1 else ''} {named})" if others else ""
-    cells, them, whole = ("these cells", "them", "these rows") if others else ("this cell", "it", "this row")
-    behind = index == width
-    place = "behind its readings" if behind else "among its readings"
-    moved = "Write" if behind else f"Move {them} behind the last reading and write"
-    return Fault(
-        f'the row has {width + 1} cells, the header has {width}: "{word.strip()[:40]}" stands {place}{also}',
-        sheet.text.path,
-        line,
-        index + 1,
-        advice=f"{moved} one more name at the end of the header, such as Remark; or take {cells} away, or {whole} out",
-    )
-
-
-# Rows with as many cells as the header that show which of them are numbers; lines named beside the first.
-_SAMPLE, _LINES_NAMED = 200, 4
-
-# A line of one cell among rows of several, as a count below them, is left out as a row that lacks cells is, if few are.
-_FEW_LONE, _SHARE_LONE = 3, 0.01
-
-
-def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
-    faults = []
-    named = n_needed(sheet)
-    widest = max(map(len, rows), default=0)
-    if widest < named:
-        # A cell too many among the names moves all columns behind it.
-        raise InputError(
-            Fault(
-                f"the header names {named} columns, no row has more than {widest} cells",
-                sheet.text.path,
-                sheet.named_at,
-                widest + 1,
-                advice="Which names belong to which cells cannot be told: correct the header, or say of every column, by its "
-                f"number, what it is and its unit: {_all_options(sheet, widest)}",
-            )
-        )
-    cut_number = thousands_in(rows, width, sheet.delimiter)
-    if sheet.header_line and cut_number:
-        wide = next(i for i, row in enumerate(rows) if len([c for c in row if c.strip()]) > width)
-        message = f'the row has {len(rows[wide])} cells, the header has {width}, and "{cut_number}" may be one number'
-        at = int(lines[wide])
-        raise InputError(Fault(message, sheet.text.path, at, advice=thousands_advice(cut_number, sheet.delimiter)))
-    wider_by_one = [len(row) == width + 1 and bool(row[0].strip()) and bool(row[-1].strip()) for row in rows]
-    if sheet.header_line and sum(wider_by_one) > _MOSTLY_WIDER * len(rows):
-        wider = wider_by_one.index(True)
-        raise InputError(
-            Fault(
-                f"the row has {width + 1} cells, the header has {width}, as in most rows: which name belongs to which cell "
-                "cannot be told",
-                sheet.text.path,
-                int(lines[wider]),
-                width + 1,
-                advice="Write a name for each cell into the header: at its beginning, such as No, if the first cell of a row "
-                "is its number; at its end, such as Other, if the last cell is none of the columns that are named"
-                + ("; if the decimal mark is a comma, export with semicolons between the columns" * (sheet.delimiter == ",")),
-            )
-        )
-    lone = sum(len(row) == 1 for row in rows)
-    are_few = lone <= max(_FEW_LONE, int(_SHARE_LONE * len(rows)))
-    among = _words_among(rows, width)
-    if among:
-        faults.append(_word_among(sheet, [(int(lines[i]), rows[i][k], k) for i, k in among.items()], width))
-    for i, (row, line) in enumerate(zip(rows, lines.tolist(), strict=True)):
-        if i not in among and len(row) > width and any(c.strip() for c in row[width:]):
-            if _fits_once_moved(row, width):
-                faults.append(
-                    Fault(
-                        "the row begins with an empty cell, behind which its cells stand one column further to the right than "
-                        "the names",
-                        sheet.text.path,
-                        line,
-                        1,
-                        advice=_MOVED,
-                    )
-                )
-                continue
-            advice = (
-                "If the decimal mark is a comma too, export with semicolons between the columns"
-                if sheet.delimiter == ","
-                else "Remove what does not belong to the table"
-            ) + "; if the first cell is the number of the row, give it a name in the header, such as No"
-            if len(row) >= 2 * width - 1:
-                advice = (
-                    "If two lines have run together, write each on its own, or remove this one; "
-                    + advice[0].lower()
-                    + advice[1:]
-                )
-            faults.append(
-                Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
-            )
-        elif sheet.delimiter == " " and len(row) < width and not (are_few and len(row) == 1):
-            # Blanks cannot hold an empty cell's place.
-            faults.append(
-                Fault(
-                    f"the row has {len(row)} cells between blanks, the header has {width}",
-                    sheet.text.path,
-                    line,
-                    advice="Remove the line if it is none of the readings; if a cell is missing, export with semicolons or "
-                    "tabs between the columns",
-                )
-            )
-    if faults and sheet.delimiter == " " and len(faults) == 1 and lines[-1] == faults[0].line and not sheet.text.ended:
-        return  # the file ends within its last row
-    if faults:
-        raise InputError(capped(faults, "rows cannot be read"))

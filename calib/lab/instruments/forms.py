@@ -12,7 +12,7 @@ from itertools import dropwhile
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.blocks import SPECIMEN
+from calib.lab.instruments.between import SPECIMEN
 from calib.lab.instruments.brackets import is_letter, no_record, usual_case
 from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading

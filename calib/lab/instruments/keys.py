@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.blocks import changes_the_rig
+from calib.lab.instruments.between import changes_the_rig
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.column_words import few_values
 from calib.lab.instruments.contrary import unit_against

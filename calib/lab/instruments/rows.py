@@ -12,7 +12,8 @@ from operator import contains
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.blocks import OF_STRAY, SPECIMEN, block_table, require_no_other_rows
+from calib.lab.instruments.between import SPECIMEN
+from calib.lab.instruments.blocks import block_table, require_no_other_rows
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.going_on import in_blocks, rows_going_on
 from calib.lab.instruments.header import split_blanks, split_line
@@ -38,6 +39,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shifted import shifted_rows
 from calib.lab.instruments.vocabulary import understand
 from calib.lab.instruments.where import asked_name, listed_values
+from calib.lab.instruments.widths import OF_STRAY
 from calib.lab.instruments.worded import worded_rows
 
 # A last column that is empty in so many rows is one that is not always filled.

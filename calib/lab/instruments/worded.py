@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.lab.instruments.blocks import SPECIMEN
+from calib.lab.instruments.between import SPECIMEN
 from calib.lab.instruments.clock_cells import is_clock, is_date
 from calib.lab.instruments.going_on import rows_going_on
 from calib.lab.instruments.lexicon import EVENTS

@@ -246,6 +246,15 @@ def test_a_monotone_stretch_is_ambiguous() -> None:
     assert found.sd > 0.5
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_noisy_press_has_one_offset_as_noise_fits_no_offset_better(seed: int) -> None:
+    slow = Pair(speed=0.01, unloading_speed=0.01, hold=0.0, approach=0.13, depth=0.52, hysteresis=0.1)
+    pair = replace(slow, change=0.7, capacitance_noise=0.028, tester_rate=10.0, meter_rate=5.0)
+    found = clock_offset(pair.tester(np.random.default_rng(seed)), pair.meter(np.random.default_rng(seed + 99)))
+    assert found.confidence == "weak"
+    assert abs(found.value - pair.offset) < 3 * found.sd < 1.0
+
+
 @pytest.mark.parametrize("one", ["tester", "meter"])
 def test_cycles_that_one_record_does_not_hold_leave_whole_periods(one: str) -> None:
     pair = Pair(cycles=3, speed=0.1, unloading_speed=0.1)
