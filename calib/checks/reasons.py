@@ -183,8 +183,8 @@ def _departures(posterior: Posterior) -> Iterator[Reason]:
         how = "better than" if best > BAYES_LIMITS["amber"] else "at least as well as" if best > 0 else "about as well as"
         finding = (
             f"{which} these data {how} the one given{apart}: {told}. Odds are among the models that were asked: what "
-            "none of them has (a part of the base that is not bonded, dirt on the ball, a cell or a meter that reads wrongly) "
-            "may look like one of them"
+            "none of them has (a part of the base that is not bonded, dirt on the ball, play in the holder, an instrument that "
+            "reads wrongly) may look like one of them"
         )
         yield Reason(
             "model", _level(best, BAYES_LIMITS) or "amber", finding, f"{_WHAT_TELLS} Compare the models with {compare}"

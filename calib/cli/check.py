@@ -118,5 +118,5 @@ def _say_outlook(outlook: Outlook) -> None:
     out().print(shown)
     for ridge in outlook.ridges:
         say(f"Ridge: {ridge.in_words}.")
-    if outlook.tare is not None:
-        say(f"Not seen: {outlook.tare.in_words}.")
+    for one in outlook.unseen:
+        say(f"Not seen: {one.in_words}.")

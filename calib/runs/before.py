@@ -50,20 +50,19 @@ class Check:
     seconds: tuple[float, float] | None
 
     def to_plain(self) -> dict[str, Any]:
-        """What a program reads of it, all numbers SI: verdict, ranges, unknowns, ridges, tare, seconds."""
+        """What a program reads of it, all numbers SI: verdict, ranges, unknowns, ridges, what no check sees, seconds."""
         outlook = self.outlook
         unknowns = [] if outlook is None else [{**asdict(told), "name": str(told.name)} for told in outlook.unknowns]
         ridges = [] if outlook is None else [{"names": [str(n) for n in r.names], "said": r.in_words} for r in outlook.ridges]
         ranges = [{**asdict(r), "high": r.high if np.isfinite(r.high) else None} for r in self.ranges]
-        tare = None if outlook is None or outlook.tare is None else outlook.tare
-        said = None if tare is None else {**asdict(tare), "name": str(tare.name), "said": tare.in_words}
+        unseen = [] if outlook is None else [{**one.to_plain(), "said": one.in_words} for one in outlook.unseen]
         seconds = None if self.seconds is None else list(self.seconds)
         return {
             **self.verdict.to_plain(),
             "ranges": ranges,
             "unknowns": unknowns,
             "ridges": ridges,
-            "tare": said,
+            "unseen": unseen,
             "seconds": seconds,
         }
 

@@ -15,12 +15,12 @@ from pathlib import Path
 from calib.checks import (
     BEFORE_SAMPLING,
     LEAST_DRAWS,
-    TARE,
+    UNSEEN,
     Elsewhere,
     Plausibility,
     look_elsewhere,
     reasons_to_text,
-    tare_to_text,
+    unseen_to_text,
     with_elsewhere,
     with_reweighting,
     with_sensitivity,
@@ -214,8 +214,8 @@ def calibrate(
         attrs = {"command": command}
         if before := kept_reasons(plausible):
             attrs[BEFORE_SAMPLING] = reasons_to_text(before)
-        if plausible is not None and plausible.outlook is not None and plausible.outlook.tare is not None:
-            attrs[TARE] = tare_to_text(plausible.outlook.tare)
+        if plausible is not None and plausible.outlook is not None and plausible.outlook.unseen:
+            attrs[UNSEEN] = unseen_to_text(plausible.outlook.unseen)
         if surrogate is not None:
             attrs[SURROGATE_FILE] = str(surrogate.absolute())
         inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())

@@ -9,27 +9,28 @@ from calib.checks.plausible.judgement import (
     plausibility,
     ways_out,
 )
-from calib.checks.plausible.outlook import TARE, Outlook, Ridge, Tare, UnknownOutlook, tare_from_text, tare_to_text
+from calib.checks.plausible.outlook import Outlook, Ridge, UnknownOutlook
 from calib.checks.plausible.ranges import Range
 from calib.checks.plausible.slips import scaled
 from calib.checks.plausible.unmodelled import drift_by_share
+from calib.checks.plausible.unseen import UNSEEN, Unseen, unseen_from_text, unseen_to_text
 
 __all__ = [
     "FILES",
-    "TARE",
+    "UNSEEN",
     "Outlook",
     "Plausibility",
     "Range",
     "Ridge",
-    "Tare",
     "UnknownOutlook",
+    "Unseen",
     "drift_by_share",
     "expected_in_words",
     "in_units",
     "measured_in_words",
     "plausibility",
     "scaled",
-    "tare_from_text",
-    "tare_to_text",
+    "unseen_from_text",
+    "unseen_to_text",
     "ways_out",
 ]

@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from calib.catalogue import SCALES, UNKNOWNS, UnknownName, unknowns_of
-from calib.errors import InputError
-from calib.priors import Fixed
-from calib.problem import build_problem, columns_at, of_lot, values_of_lot
-from calib.sampling import Look, answer_of, first_answer
+from calib.checks.plausible.unseen import Unseen, unseen_in
+from calib.problem import columns_at, of_lot, values_of_lot
+from calib.sampling import Look
 from models.sensor import FloatArray
 
-#: Attribute of a posterior that keeps what a load cell that is balanced anew would do, as `tare_to_text` writes it.
-TARE = "load balanced anew at the touch"
 #: Correlation from which on two unknowns are said to be on a ridge.
 RIDGE = 0.6
-# Ridges that are told at most, and specimens with which what a tare would do is said, as that takes another first answer.
-_MOST, _MOST_TARED = 5, 4
+# Ridges that are told at most.
+_MOST = 5
 # Of the draws of what is of a lot.
 _SEED = 20190304
 _SENSOR = frozenset(unknowns_of("material", "specimen"))
 _LENGTHS = frozenset({"sensor_thickness", "padding_thickness"})
 _MODULI = frozenset({"young_modulus", "padding_young_modulus", "stiffening", "padding_poisson_ratio"})
-_OF_FORCE = ("young_modulus", "padding_young_modulus")
 _ELECTRICAL = frozenset({"relative_permittivity", "dielectric_thickness", "electrode_radius", "parasitic_capacitance"})
 # What breaks a ridge: quantities on its two sides, and the advice.
 _ADVICE = (
@@ -91,42 +86,6 @@ class Ridge:
 
 
 @dataclass(frozen=True)
-class Tare:
-    """What a load cell would do that is balanced anew at the touch of every press, by too little to be seen.
-
-    Attributes
-    ----------
-    step : how much the zero changes, the noise of one reading of the force [N].
-    name : the modulus that it moves.
-    shift : by how many of its standard deviations.
-    """
-
-    step: float
-    name: UnknownName
-    shift: float
-
-    @property
-    def in_words(self) -> str:
-        """Say in a sentence what it would do, and what to write where it may happen."""
-        return (
-            f"if the load cell is balanced anew at the touch of every press, by as little as the noise of one reading "
-            f"({self.step * 1e3:.2g} mN), {self.name} moves by {abs(self.shift):.2g} of its standard deviations, and nothing "
-            f"shows it; where the machine may do so, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors]"
-        )
-
-
-def tare_to_text(tare: Tare) -> str:
-    """What a balance at the touch would do as a text that is kept with draws; the inverse is `tare_from_text`."""
-    return json.dumps({"step": tare.step, "name": str(tare.name), "shift": tare.shift})
-
-
-def tare_from_text(text: str) -> Tare:
-    """What `tare_to_text` wrote."""
-    plain = json.loads(text)
-    return Tare(plain["step"], UnknownName.parse(plain["name"]), plain["shift"])
-
-
-@dataclass(frozen=True)
 class Outlook:
     """What the data will tell: of each unknown, and which ridges will be left.
 
@@ -134,12 +93,12 @@ class Outlook:
     ----------
     unknowns : all but noises and discrepancies, those of a lot first, then in the order of the problem.
     ridges : the sharpest first.
-    tare : what a load zero that changes at the touch would do; None where it is an unknown, or can be none.
+    unseen : what would move a modulus and shows in nothing, what moves it most first.
     """
 
     unknowns: tuple[UnknownOutlook, ...]
     ridges: tuple[Ridge, ...]
-    tare: Tare | None
+    unseen: tuple[Unseen, ...]
 
 
 def outlook_of(look: Look) -> Outlook:
@@ -154,33 +113,7 @@ def outlook_of(look: Look) -> Outlook:
         for k, p in enumerate(problem.parameters)
         if p.parameter not in SCALES
     )
-    return Outlook((*_of_lot(look), *told), _ridges(look, _correlation(theta, weight)), _tare(look))
-
-
-def _tare(look: Look) -> Tare | None:
-    """How far a step of the load zero at the touch moves the modulus that it moves most, by another first answer.
-
-    A model whose load zero is lower in contact by s, over readings that are as they are, is the model as it is over readings
-    that are higher by s there.
-    """
-    problem = look.problem
-    names = {p.parameter for p in problem.parameters} | {UnknownName.parse(name).parameter for name in problem.fixed}
-    tied = any(channel.tie == "force" for plan in problem.plans for channel in plan.channels.values())
-    moduli = [p.key for p in problem.parameters if p.parameter in _OF_FORCE]
-    specimens = problem.experiment.specimens
-    if "load_step" in names or "force_noise" not in names or tied or not moduli or len(specimens) > _MOST_TARED:
-        return None
-    try:
-        before = answer_of(look).parameters
-        step = before["force_noise"].mean if "force_noise" in before else problem.fixed["force_noise"]
-        own = tuple(replace(s, priors={**s.priors, "load_step": Fixed(-step)}) for s in specimens)
-        moved = build_problem(replace(problem.experiment, specimens=own), problem.sweeps, problem.forward)
-        after = first_answer(moved, {name: estimate.mean for name, estimate in before.items()}).parameters
-    except (InputError, ValueError):
-        return None  # no first answer, of the one or of the other
-    shifts = {key: (after[str(key)].mean - before[str(key)].mean) / before[str(key)].sd for key in moduli}
-    most = max(shifts, key=lambda key: abs(shifts[key]))
-    return Tare(step, most, shifts[most])
+    return Outlook((*_of_lot(look), *told), _ridges(look, _correlation(theta, weight)), unseen_in(look))
 
 
 def _of_lot(look: Look) -> tuple[UnknownOutlook, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
-from calib.checks import LEARNED, TARE, Colour, passed_gates, tare_from_text
+from calib.checks import LEARNED, Colour, passed_gates
 from calib.decision import largest_force, percent, void_in_words
 from calib.enumeration import first_of
 from calib.experiment import model_in_words
@@ -14,15 +14,13 @@ from calib.report.put_in import put_in_conditions
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, few_specimens_in_words, parameter_rows
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
+from calib.report.unseen import exact_conditions, not_seen
 from calib.sampling import Posterior
 
 ORDER = 10
 
 # With so few reasons the first sheet of paper has room for a larger picture.
 _FEW = 2
-
-# What would move a headline by no more than this, in its standard deviations, and shows in nothing is left to the check.
-_UNSEEN = 1.0
 
 _NO_RESULT = (
     "There are no results. What the draws say of modulus and thicknesses is struck through here and in the tables, where it "
@@ -72,32 +70,12 @@ def section(results: Results) -> Section:
         "specimens": shown[:MOST_SPECIMENS],
         "left_out": max(0, len(shown) - MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
-        "conditions": (*_conditions(results), *put_in_conditions(results)),
+        "conditions": (*_conditions(results), *exact_conditions(results), *put_in_conditions(results)),
         "tall": conformity is not None and not results.void,
         "roomy": len(verdict.reasons) + len(more) <= _FEW,
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
     }
     return Section("verdict", "", "", "headline.html.j2", context)
-
-
-def not_seen(results: Results) -> str:
-    """What would move a modulus most and shows in nothing, with what would show it; "" for less than a standard deviation.
-
-    Parameters
-    ----------
-    results : of a calibration; of an average, where it does most. Nothing is said where there are no results.
-    """
-    of_models = [m.posterior for m in results.members] or [results.posterior]
-    kept = [tare_from_text(p.attrs[TARE]) for p in of_models if TARE in p.attrs] if not results.void else []
-    most = max(kept, key=lambda tare: abs(tare.shift), default=None)
-    if most is None or abs(most.shift) <= _UNSEEN:
-        return ""
-    label, step = QUANTITIES[most.name.parameter].label, f"{most.step * 1e3:.2g} mN"
-    return (
-        f"a load cell balanced anew at the touch of every press, by the noise of one reading ({step}), would shift {label} by "
-        f"{abs(most.shift):.1f} of its standard deviations, and nothing shows it. Compare the load at rest before "
-        "and after a press."
-    )
 
 
 def _specimens(rows: Sequence[ParameterRow]) -> list[tuple[str, dict[str, ParameterRow]]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.checks import OF_MODELS, TARE, tare_from_text
+from calib.checks import OF_MODELS, UNSEEN, unseen_from_text
 from calib.citation import PAPER, citation
 from calib.experiment import model_in_words
 from calib.provenance import PROGRAM
@@ -50,11 +50,9 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
     versions = {k.removeprefix(_VERSION): v for k, v in posterior.attrs.items() if k.startswith(_VERSION)}
     if versions:
         facts.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
-    if TARE in posterior.attrs:
-        tare = tare_from_text(posterior.attrs[TARE])
-        moved = f"moves {tare.name.label} by {abs(tare.shift):.1f} of its standard deviations"
-        facts.append((TARE, f"by the noise of one reading ({tare.step * 1e3:.2g} mN): {moved}"))
-    said = (OF_MODELS, TARE)
+    for one in unseen_from_text(posterior.attrs.get(UNSEEN, "[]")):
+        facts.append((UNSEEN, f"{one.error}: moves {one.name.label} by {abs(one.shift):.1f} of its standard deviations"))
+    said = (OF_MODELS, UNSEEN)
     return facts + [
         (k.replace("_", " "), v)
         for k, v in posterior.attrs.items()

@@ -41,7 +41,7 @@ def _words(made: Check) -> dict[str, object]:
         "ranges": [(r.sweep, r.seen, measured_in_words(r), expected_in_words(r)) for r in made.ranges],
         "unknowns": [] if outlook is None else outlook_rows(outlook),
         "ridges": [] if outlook is None else [ridge.in_words for ridge in outlook.ridges],
-        "tare": "" if outlook is None or outlook.tare is None else outlook.tare.in_words,
+        "unseen": [] if outlook is None else [one.in_words for one in outlook.unseen],
         "takes": "" if made.seconds is None else " to ".join(map(duration_in_words, made.seconds)),
     }
 

@@ -392,17 +392,48 @@ def test_a_ridge_is_told_in_words_with_what_would_break_it() -> None:
 def test_a_tare_at_the_touch_is_said_to_do_what_it_does(seed: int) -> None:
     found = _lab(seed, force_alone=True).check()
     assert found.outlook is not None
-    tare = found.outlook.tare
-    assert tare is not None
+    tare = {one.cause: one for one in found.outlook.unseen}["load_step"]
     assert "load_step = " in tare.in_words
     sound, moved = (
         first_answer(build_problem(lab.experiment, lab.sweeps, ClosedForm()))
-        for lab in (_lab(seed, force_alone=True, load_step=by) for by in (0.0, tare.step))
+        for lab in (_lab(seed, force_alone=True, load_step=by) for by in (0.0, tare.size))
     )
     name = str(tare.name)
     before, after = sound.parameters[name], moved.parameters[name]
     shift = (after.mean - before.mean) / before.sd
     assert tare.shift == pytest.approx(shift, rel=0.35, abs=0.1)
+
+
+@pytest.mark.parametrize("force_alone", [True, False])
+@pytest.mark.parametrize(
+    ("cause", "made"),
+    [
+        ("force_gain", lambda s: _times_force(1.01)(s)),
+        ("indenter_radius", lambda s: replace(s, indenter_radius=s.indenter_radius / 1.01)),
+    ],
+)
+def test_what_is_taken_as_exact_is_said_to_do_what_its_error_does(
+    cause: str, made: Callable[[Sweep], Sweep], force_alone: bool
+) -> None:
+    lab = _lab(force_alone=force_alone)
+    outlook = lab.check().outlook
+    assert outlook is not None
+    said = {one.cause: one for one in outlook.unseen}[cause]
+    assert f"{cause} = {{ normal" in said.in_words
+    right, wrong = (
+        first_answer(build_problem(lab.experiment, sweeps, ClosedForm())).parameters[str(said.name)]
+        for sweeps in (lab.sweeps, lab.sweep(made).sweeps)
+    )
+    off = (wrong.mean - right.mean) / right.sd  # what is found where the error is there and is not known
+    assert off > 0.05
+    assert said.shift == pytest.approx(-off, abs=0.03)
+    assert said.share == pytest.approx(said.shift * right.sd / right.mean, rel=0.1)
+
+
+def test_what_is_named_is_not_taken_as_exact() -> None:
+    outlook = _lab().shared(force_gain=Normal(1.0, 0.005)).check().outlook
+    assert outlook is not None
+    assert [one.cause for one in outlook.unseen] == ["indenter_radius"]
 
 
 def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
@@ -411,7 +442,7 @@ def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacita
     for other in (replace(lab, experiment=replace(lab.experiment, specimens=own)), _lab()):
         outlook = other.check().outlook
         assert outlook is not None
-        assert outlook.tare is None
+        assert "load_step" not in {one.cause for one in outlook.unseen}
 
 
 def test_many_unknowns_are_checked_without_a_mode() -> None:

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from calib.catalogue import UnknownName
-from calib.checks import TARE, Tare, tare_to_text
+from calib.checks import UNSEEN, Unseen, unseen_to_text
 from calib.checks.predictive import Prediction, predict
 from calib.checks.reasons import judge_posterior
 from calib.checks.verdict import AMBER_ALLOWS, Reason, Verdict, verdict_of
@@ -216,8 +216,9 @@ def test_what_nothing_shows_stands_on_the_first_page_where_it_exceeds_a_standard
 ) -> None:
     def page_of(shift: float, **options: Any) -> str:
         found = make_posterior(**options)
-        kept = tare_to_text(Tare(0.004, UnknownName.parse("young_modulus"), shift))
-        return _text(report_page(replace(found, attrs={**found.attrs, TARE: kept}), predictions))
+        modulus = UnknownName("young_modulus")
+        kept = [Unseen("load_step", 0.004, modulus, shift, 0.01 * shift), Unseen("force_gain", 0.01, modulus, -1.3, -0.0098)]
+        return _text(report_page(replace(found, attrs={**found.attrs, UNSEEN: unseen_to_text(kept)}), predictions))
 
     page = page_of(-5.2)
     told = (
@@ -226,13 +227,20 @@ def test_what_nothing_shows_stands_on_the_first_page_where_it_exceeds_a_standard
     )
     assert 0 < page.index(told) < page.index("Holds only for")
     assert "give load_step = " in page
+    exact = (
+        "an exact load cell: one that reads 1 % too high makes Young&#39;s modulus of the sensor 0.98 % too large "
+        "(1.3 of its standard deviations)"
+    )
+    assert page.index("Holds only for") < page.index(exact)
     without = _text(report_page(make_posterior(), predictions))
     assert "Not seen" not in without
     status = re.search(r"(Green|Amber): [^.]*\.", without)
     assert status is not None
     assert page.index(status[0]) < page.index(told)  # the light stays what it is
     assert "Not seen" not in page_of(0.9)
-    assert "Not seen" not in page_of(-5.2, converged=False)
+    void = page_of(-5.2, converged=False)
+    assert "Not seen" not in void
+    assert exact not in void
 
 
 def test_a_model_that_data_may_have_asked_for_says_that_the_choice_is_in_no_uncertainty(make_posterior: MakePosterior) -> None:

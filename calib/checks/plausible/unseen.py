@@ -1,0 +1,149 @@
+"""A look at a posterior in, what errors of the rig that no check can see would do to a modulus out.
+
+A load cell of another gain, or a ball of another radius, makes just the data of a silicone of another modulus. What is not
+named among the priors is taken as exact, and by how much a modulus hangs on it is told by another first answer.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+from calib.catalogue import UNKNOWNS, UnknownName
+from calib.errors import InputError
+from calib.experiment import Experiment
+from calib.priors import Fixed
+from calib.problem import Problem, build_problem
+from calib.sampling import FirstEstimate, Look, answer_of, first_answer
+
+#: What is taken as exact, or as not there, unless an experiment names it.
+Cause = Literal["load_step", "force_gain", "indenter_radius"]
+
+#: Attribute of a posterior that keeps what no check can see, as `unseen_to_text` writes it.
+UNSEEN = "not seen in the data"
+# An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), and of a ball by the caliper.
+_SHARE = 0.01
+# Specimens with which it is said, as each takes another first answer.
+_MOST_SPECIMENS = 4
+_MODULI = ("young_modulus", "padding_young_modulus")
+_WHAT = {"force_gain": "the load cell reads", "indenter_radius": "the ball is"}
+_MORE = {"force_gain": "too high", "indenter_radius": "larger than said"}
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """What an error would do that no check can see.
+
+    Attributes
+    ----------
+    cause : the unknown that would have to be named for it to count.
+    size : of the error: of a balance at the touch the noise of one reading [N], of what is taken as exact a share of it.
+    name : the modulus that it moves most.
+    shift : by how many of its standard deviations.
+    share : by which share of itself.
+    """
+
+    cause: Cause
+    size: float
+    name: UnknownName
+    shift: float
+    share: float
+
+    @property
+    def in_words(self) -> str:
+        """Say in a sentence what it would do, and what to write where it may happen."""
+        moved = f"{self.name} moves by {abs(self.shift):.1f} of its standard deviations, and nothing shows it"
+        prior = f"{self.cause} = {UNKNOWNS[self.cause].example}"
+        if self.cause == "load_step":
+            return f"if {self.error}, {moved}; where the machine may do so, give {prior} in [specimens.priors]"
+        return f"if {self.error}, {moved}; where it is not known so well, give a prior in [priors], such as {prior}"
+
+    @property
+    def error(self) -> str:
+        """The error, in a clause.
+
+        >>> Unseen("force_gain", 0.01, UnknownName("young_modulus"), -1.0, -0.01).error
+        'the load cell reads 1 % too high'
+        """
+        if self.cause == "load_step":
+            size = f"{self.size * 1e3:.2g} mN"
+            return f"the load cell is balanced anew at the touch of every press, by the noise of one reading ({size})"
+        return f"{_WHAT[self.cause]} {100 * self.size:g} % {_MORE[self.cause]}"
+
+    def to_plain(self) -> dict[str, Any]:
+        """What a program reads of it, SI; `from_plain` reads it."""
+        return {**asdict(self), "name": str(self.name)}
+
+
+def from_plain(plain: Mapping[str, Any]) -> Unseen:
+    """What `Unseen.to_plain` wrote."""
+    return Unseen(**{**plain, "name": UnknownName.parse(plain["name"])})
+
+
+def unseen_to_text(unseen: Sequence[Unseen]) -> str:
+    """What no check can see as a text that is kept with draws; the inverse is `unseen_from_text`."""
+    return json.dumps([one.to_plain() for one in unseen])
+
+
+def unseen_from_text(text: str) -> tuple[Unseen, ...]:
+    """What `unseen_to_text` wrote."""
+    return tuple(from_plain(plain) for plain in json.loads(text))
+
+
+def unseen_in(look: Look) -> tuple[Unseen, ...]:
+    """How far errors that no check can see would move the modulus that each moves most, what moves it most first.
+
+    Parameters
+    ----------
+    look : at the posterior.
+
+    Returns
+    -------
+    For what is not named among the priors; of few specimens.
+    """
+    problem = look.problem
+    moduli = [p.key for p in problem.parameters if p.parameter in _MODULI]
+    if not moduli or len(problem.experiment.specimens) > _MOST_SPECIMENS:
+        return ()
+    try:
+        near = {name: estimate.mean for name, estimate in answer_of(look).parameters.items()}
+        before = first_answer(problem, near).parameters  # by the same random numbers as those after it
+    except ValueError:
+        return ()
+    found = []
+    for cause, size, moved in _errors(problem, before):
+        try:
+            after = first_answer(build_problem(moved, problem.sweeps, problem.forward), near).parameters
+        except (InputError, ValueError):  # a design that no surrogate covers, or no first answer
+            continue
+        by = {key: after[str(key)].mean - before[str(key)].mean for key in moduli}
+        most = max(by, key=lambda key: abs(by[key]) / before[str(key)].sd)
+        was = before[str(most)]
+        found.append(Unseen(cause, size, most, by[most] / was.sd, by[most] / was.mean))
+    return tuple(sorted(found, key=lambda one: -abs(one.shift)))
+
+
+def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[tuple[Cause, float, Experiment]]:
+    """Errors that may be, each with its size and with the experiment that takes it for granted."""
+    experiment = problem.experiment
+    named = {p.parameter for p in problem.parameters} | {UnknownName.parse(name).parameter for name in problem.fixed}
+    if "force_noise" not in named:
+        return
+    tied = any(channel.tie == "force" for plan in problem.plans for channel in plan.channels.values())
+    if "load_step" not in named and not tied:
+        # A model whose load zero is lower in contact by s, over readings that are as they are, is the model as it is over
+        # readings that are higher by s there.
+        step = before["force_noise"].mean if "force_noise" in before else problem.fixed["force_noise"]
+        own = tuple(replace(s, priors={**s.priors, "load_step": Fixed(-step)}) for s in experiment.specimens)
+        yield "load_step", step, replace(experiment, specimens=own)
+    if "force_gain" not in named:
+        yield "force_gain", _SHARE, _with(experiment, "force_gain", 1 + _SHARE)
+    radii = {sweep.indenter_radius for sweep in problem.sweeps}
+    if "indenter_radius" not in named and len(radii) == 1:
+        yield "indenter_radius", _SHARE, _with(experiment, "indenter_radius", (1 + _SHARE) * radii.pop())
+
+
+def _with(experiment: Experiment, name: str, value: float) -> Experiment:
+    return replace(experiment, priors={**experiment.priors, name: Fixed(value)})

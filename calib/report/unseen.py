@@ -1,0 +1,53 @@
+"""Results in, what errors of the rig would do to them that no check can see out, in words."""
+
+from __future__ import annotations
+
+from calib.catalogue import QUANTITIES
+from calib.checks import UNSEEN, Unseen, unseen_from_text
+from calib.report.section import Results
+
+# A balance at the touch that moves a modulus by no more than this, in its standard deviations, is left to the check; so is an
+# error of what is taken as exact.
+_BALANCE, _EXACT = 1.0, 0.1
+# What is taken as exact, and the error of it that `unseen_in` looks at.
+_TAKEN = {
+    "force_gain": "an exact load cell: one that reads 1 % too high",
+    "indenter_radius": "an exact ball radius: a ball that is 1 % larger",
+}
+
+
+def not_seen(results: Results) -> str:
+    """What a load cell that is balanced at the touch would do, with what would show it; "" where that is little.
+
+    Parameters
+    ----------
+    results : of a calibration; of an average, where it does most. Nothing is said where there are no results.
+    """
+    most = _most(results).get("load_step")
+    if most is None or abs(most.shift) <= _BALANCE:
+        return ""
+    return (
+        f"a load cell balanced anew at the touch of every press, by the noise of one reading ({most.size * 1e3:.2g} mN), would "
+        f"shift {QUANTITIES[most.name.parameter].label} by {abs(most.shift):.1f} of its standard deviations, and nothing shows "
+        "it. Compare the load at rest before and after a press."
+    )
+
+
+def exact_conditions(results: Results) -> list[str]:
+    """What an error of each thing that is taken as exact makes of a modulus, in a line each; nothing where that is little."""
+    return [
+        f"{_TAKEN[cause]} makes {QUANTITIES[one.name.parameter].label} {abs(one.share) * 100:.2g} % too "
+        f"{'large' if one.share < 0 else 'small'} ({abs(one.shift):.1f} of its standard deviations)"
+        for cause, one in _most(results).items()
+        if cause != "load_step" and abs(one.shift) >= _EXACT
+    ]
+
+
+def _most(results: Results) -> dict[str, Unseen]:
+    """By cause what it does, in the model in which it does most."""
+    found: dict[str, Unseen] = {}
+    for posterior in [m.posterior for m in results.members] or [results.posterior]:
+        for one in unseen_from_text(posterior.attrs[UNSEEN]) if UNSEEN in posterior.attrs and not results.void else ():
+            if one.cause not in found or abs(one.shift) > abs(found[one.cause].shift):
+                found[one.cause] = one
+    return found
