@@ -24,7 +24,16 @@ import numpy as np
 from simulated.faulty import KINDS, Lab, lab_of, true_signal
 from simulated.labs import print_labs
 
-from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere, with_sensitivity
+from calib.checks import (
+    FILES,
+    judge_posterior,
+    look_elsewhere,
+    plausibility,
+    predict,
+    with_blocks_foretold,
+    with_elsewhere,
+    with_sensitivity,
+)
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import forward_of_experiment
@@ -60,6 +69,7 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
             first = first_answer(problem)
     posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
     posterior = with_sensitivity(with_elsewhere(posterior, look_elsewhere(problem, first)))
+    posterior = with_blocks_foretold(posterior, forward)
     predictions = predict(posterior, forward, np.random.default_rng(seed))
     verdict = judge_posterior(posterior, predictions, [reason for reason in before.reasons if reason.gate != FILES])
     found = posterior.draws.reshape(-1, len(problem.names))[:, problem.names.index("young_modulus")]

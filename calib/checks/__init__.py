@@ -5,6 +5,7 @@ from calib.checks.belonging import OFF, Belonging, belongs
 from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts, reservations, unusable
 from calib.checks.departures import BAYES_LIMITS, Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of, shared_data
+from calib.checks.left_out import with_blocks_foretold
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
     FILES,
@@ -187,6 +188,7 @@ __all__ = [
     "verdict_from_plain",
     "verdict_of",
     "ways_out",
+    "with_blocks_foretold",
     "with_departures",
     "with_elsewhere",
     "with_reweighting",

@@ -26,7 +26,14 @@ from calib.checks.reweighting import problem_of
 from calib.checks.strangers import strangers_of
 from calib.checks.verdict import Level
 from calib.errors import InputError
-from calib.experiment import Variant, beyond_simplest, forward_of_experiment, model_in_words, variants_of
+from calib.experiment import (
+    Variant,
+    beyond_simplest,
+    forward_of_experiment,
+    model_in_words,
+    variants_of,
+    without_discrepancy,
+)
 from calib.problem import Problem, build_problem
 from calib.sampling import Departure, FirstAnswer, FirstEstimate, Foretold, ParameterSummary, Posterior, Stranger, first_answer
 from calib.workers import given_to
@@ -50,11 +57,18 @@ _Found = TypeVar("_Found")
 
 @dataclass(frozen=True, eq=False)
 class Elsewhere:
-    """What the data would say under other models, and of specimens that differ; see `Departure`, `Foretold` and `Stranger`."""
+    """What the data would say under other models, and of specimens that differ; see `Departure`, `Foretold` and `Stranger`.
+
+    Attributes
+    ----------
+    departures, foretold, strangers : as in the diagnostics of a posterior.
+    without_discrepancy : the same model with noise alone between it and the readings; None where it has no discrepancy.
+    """
 
     departures: tuple[Departure, ...] = ()
     foretold: tuple[Foretold, ...] = ()
     strangers: tuple[Stranger, ...] = ()
+    without_discrepancy: Departure | None = None
 
 
 def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor | None = None) -> Elsewhere:
@@ -80,8 +94,11 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     names = dict.fromkeys(sweep.specimen for sweep in problem.sweeps)
     predicted = _all_of([partial(foretold, problem, near, name) for name in names], executor)
     strangers = _all_of([partial(strangers_of, problem, near, lot.quantity) for lot in problem.table.lots], executor)
-    answers = _all_of([partial(_under, problem, variant, near, floor) for variant in variants], executor)
-    departures = [_departure(problem, variant, own, answer()) for variant, answer in zip(variants, answers, strict=True)]
+    plain = without_discrepancy(problem.experiment)
+    asked = [*variants, *([] if plain is None else [plain])]
+    answers = _all_of([partial(_under, problem, variant, near, floor) for variant in asked], executor)
+    answered = [_departure(problem, variant, own, answer()) for variant, answer in zip(asked, answers, strict=True)]
+    departures = answered[: len(variants)]
     # A model that was chosen because the data asked for it has what a clock's rate does to them in its own unknowns.
     modulus = own.parameters.get("young_modulus")
     asked_for = bool(beyond_simplest(problem.experiment)) or any(
@@ -94,6 +111,7 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
         tuple(departures),
         tuple(one for found in predicted for one in found()),
         tuple(one for found in strangers for one in found()),
+        None if plain is None else answered[-1],
     )
 
 
@@ -129,7 +147,13 @@ def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
     found : of its problem.
     """
     d = posterior.diagnostics
-    kept = replace(d, departures=found.departures, foretold=found.foretold, strangers=found.strangers)
+    kept = replace(
+        d,
+        departures=found.departures,
+        foretold=found.foretold,
+        strangers=found.strangers,
+        without_discrepancy=found.without_discrepancy,
+    )
     return replace(posterior, diagnostics=kept)
 
 

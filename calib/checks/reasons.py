@@ -38,6 +38,7 @@ GREEN: Mapping[str, str] = {
     "convergence": "the chains meet the gate of the run",
     "prior": "no posterior mean contradicts what was believed before",
     "fit": "the model describes every channel within what it claims",
+    "left-out data": "each part of a press lies where all other data let one expect",
     "lab data": "no check of a lab file speaks against its use",
     "learned": "Young's modulus is not mostly its prior",
     "range": "the draws stay within what the model covers",
@@ -55,10 +56,12 @@ _WHAT_TELLS = (
     "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, times that were counted and not "
     "measured), and settle it by a press or a measurement that is not among these data."
 )
+# Of parts of a press that are foretold: rarer, as little is found by them that no other gate finds.
+_RATES_OF_BLOCKS: Mapping[Level, float] = {"amber": 1e-3, "red": 1e-5}
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
 # Gates whose reasons are each a cause of priors and data that disagree, which is then said once.
-_CAUSES = ("convergence", "prior", "discrepancy", "model", "specimens", "fit")
+_CAUSES = ("convergence", "prior", "discrepancy", "model", "specimens", "fit", "left-out data")
 _ADVICE_PRIOR = "Check that prior and the files, or what the model leaves out, before using the rest"
 
 
@@ -71,7 +74,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _departures, _specimens, _quality, _prior_driven, _range)
+    gates = (_convergence, _surrogate, _conflict, _departures, _specimens, _left_out, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
     found += [*_kept(posterior, found), *more]
@@ -93,6 +96,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> dict[str, str]:
         "discrepancy": not any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters),
         "model": not (d.departures or d.models),
         "specimens": not (d.foretold or d.strangers),
+        "left-out data": not d.block_z or any(math.isnan(z) for z in d.block_z),
         "prior sensitivity": not d.sensitivity,
     }
     against = {reason.gate for reason in verdict.reasons}
@@ -115,9 +119,9 @@ def conflict_limit(n: int, level: Level = "amber") -> float:
     return _rare_limits(n)[level]
 
 
-def _rare_limits(n: int) -> Mapping[Level, float]:
+def _rare_limits(n: int, rates: Mapping[Level, float] = RATES) -> Mapping[Level, float]:
     """How far the farthest of n standard-normal numbers comes, on either side, as rarely as `RATES` says."""
-    return {level: float(-ndtri(rate / (2 * max(n, 1)))) for level, rate in RATES.items()}
+    return {level: float(-ndtri(rate / (2 * max(n, 1)))) for level, rate in rates.items()}
 
 
 def _convergence(posterior: Posterior) -> Iterator[Reason]:
@@ -259,6 +263,35 @@ def stranger_in_words(s: Stranger) -> str:
         return f"{s.specimen} is {size} {'stiffer' if s.z > 0 else 'softer'}"
     sides = ("higher", "lower") if s.quantity == "relative_permittivity" else ("larger", "smaller")
     return f"{QUANTITIES[s.quantity].label} of {s.specimen} is {size} {sides[0] if s.z > 0 else sides[1]}"
+
+
+def _left_out(posterior: Posterior) -> Iterator[Reason]:
+    """Parts of a press that do not lie where all other data let one expect, or of which that cannot be told."""
+    of_blocks = dict(zip(posterior.blocks, posterior.diagnostics.block_z, strict=False))
+    known = {name: z for name, z in of_blocks.items() if not math.isnan(z)}
+    limits = _rare_limits(len(known), _RATES_OF_BLOCKS)
+    off = sorted((name for name, z in known.items() if _level(abs(z), limits)), key=lambda name: -abs(known[name]))
+    if off and (level := _level(abs(known[off[0]]), limits)) is not None:
+        told = _first([f"{_part_in_words(name, posterior.blocks)} {_off_in_words(known[name])}" for name in off])
+        finding = f"not all parts of a press are where all other data let one expect: {told}"
+        yield Reason(
+            "left-out data", level, finding, "Look at the residuals there, and for what happened in that part of the press"
+        )
+    elif len(known) < len(of_blocks) and posterior.experiment.model != "fem":
+        unknown = _first([_part_in_words(name, posterior.blocks) for name in of_blocks if name not in known], ", ")
+        finding = f"it cannot be told whether all other data foretell {unknown}: without it the posterior is another, or none"
+        yield Reason("left-out data", "amber", finding, "Look at the residuals there, and press again")
+
+
+def _part_in_words(name: str, blocks: Sequence[str]) -> str:
+    """Say which part of a channel a block of `block_names` is."""
+    channel, _, number = name.rpartition(" ")
+    title, _, kind = channel.rpartition(", ")
+    return f"part {number} of {sum(other.rpartition(' ')[0] == channel for other in blocks)} of the {kind} of {title}"
+
+
+def _off_in_words(z: float) -> str:
+    return f"is {abs(z):.1f} standard deviations too {'high' if z > 0 else 'low'}"
 
 
 def _quality(posterior: Posterior) -> Iterator[Reason]:

@@ -42,6 +42,7 @@ from calib.experiment.variants import (
     model_in_words,
     possible_candidates,
     variants_of,
+    without_discrepancy,
 )
 from calib.experiment.written import experiment_toml, prior_toml
 
@@ -124,5 +125,6 @@ __all__ = [
     "unedited_lines",
     "variants_of",
     "walk",
+    "without_discrepancy",
     "written_by_calib",
 ]

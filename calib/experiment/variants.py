@@ -103,6 +103,11 @@ def _has_model(experiment: Experiment) -> bool:
     return experiment.model == "fem" or (experiment.family is not None and is_shipped(experiment.family))
 
 
+def without_discrepancy(experiment: Experiment) -> Variant | None:
+    """The same model with noise alone between it and the readings; None if it is one."""
+    return Variant(_DISCREPANCY["off"][0], {"discrepancy": "off"}) if experiment.discrepancy == "on" else None
+
+
 def model_in_words(experiment: Experiment) -> str:
     """Name the choices of a model that outweigh the noise: "neo-Hookean, frictionless, bonded base, foam as padding"."""
     words = {choice: names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items()}

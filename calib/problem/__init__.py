@@ -7,6 +7,7 @@ from calib.problem.glance import Glance, glances
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
+    levels_of_blocks,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
@@ -72,6 +73,7 @@ __all__ = [
     "coordinates_of",
     "given_other_points",
     "glances",
+    "levels_of_blocks",
     "list_unknowns",
     "log_density",
     "log_likelihood",

@@ -92,8 +92,7 @@ def log_normal_blocks(channel: PredictedReadings, presses: Sequence[int] = ()) -
     """
     if len(presses) < 2:
         return _blocks_of_press(channel, slice(0, channel.observed.size), None)
-    ends = np.cumsum(presses)
-    parts = [slice(int(end) - n, int(end)) for end, n in zip(ends, presses, strict=True)]
+    parts = _parts_of(presses)
     terms = [terms_of(channel, part) for part in parts]
     before, after = list(accumulate(terms)), list(accumulate(reversed(terms)))[::-1]
     columns = []
@@ -105,10 +104,7 @@ def log_normal_blocks(channel: PredictedReadings, presses: Sequence[int] = ()) -
 
 def _blocks_of_press(channel: PredictedReadings, press: slice, others: Terms | None) -> FloatArray:
     """The same for the blocks of one press, given also what the points of other presses add."""
-    parts = [
-        slice(press.start + int(block[0]), press.start + int(block[-1]) + 1) for block in blocks_of(press.stop - press.start)
-    ]
-    terms = [terms_of(channel, part) for part in parts]
+    terms = [terms_of(channel, part) for part in _blocks_in(press)]
     nothing = Terms(np.zeros_like(terms[0].gram), np.zeros_like(terms[0].log_variance), 0)
 
     def density(some: Sequence[Terms]) -> FloatArray:
@@ -126,6 +122,54 @@ def _blocks_of_press(channel: PredictedReadings, press: slice, others: Terms | N
     return np.stack(columns, axis=1)
 
 
+def _parts_of(presses: Sequence[int]) -> list[slice]:
+    """Where presses of so many points each stand, one after the other."""
+    return [slice(int(end) - n, int(end)) for end, n in zip(np.cumsum(presses), presses, strict=True)]
+
+
+def _blocks_in(press: slice) -> list[slice]:
+    """Where the blocks of a press stand."""
+    return [
+        slice(press.start + int(block[0]), press.start + int(block[-1]) + 1) for block in blocks_of(press.stop - press.start)
+    ]
+
+
+def level_of_blocks(channel: PredictedReadings, presses: Sequence[int] = ()) -> FloatArray:
+    """How far the sum of each block of neighbouring points is off what the rest of the channel foretells, (n_draw, n_block).
+
+    With Q the inverse of the covariance and r the residuals, those of a block b are normal given all others, with the
+    covariance Q_bb^-1, and off their mean by Q_bb^-1 (Q r)_b (Buerkner, Gabry, Vehtari, Comput. Stat. 36 (2021) 1243). Hence
+    1^T Q_bb^-1 (Q r)_b / sqrt(1^T Q_bb^-1 1), which is standard normal where the draw is what the readings come from.
+
+    Parameters
+    ----------
+    channel, presses : as in `log_normal_blocks`.
+
+    Returns
+    -------
+    In standard deviations, above zero where the readings are; nan where Q_bb is lost in rounding.
+    """
+    scale = np.sqrt(channel.variance)
+    modes, gain, weighted = _weighted(channel, scale)
+    every = [slice(0, channel.observed.size)] if len(presses) < 2 else _parts_of(presses)
+    columns = []
+    for part in (block for press in every for block in _blocks_in(press)):
+        own = np.eye(part.stop - part.start) - np.matmul(modes[:, part], gain[..., part])
+        level = _solve(own, scale[:, part, None])[..., 0]
+        variance = np.sum(level * scale[:, part], axis=1)
+        columns.append(np.sum(level * weighted[:, part], axis=1) / np.sqrt(np.where(variance > 0, variance, np.nan)))
+    return np.stack(columns, axis=1)
+
+
+def _weighted(channel: PredictedReadings, scale: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """In units of the noise W, G = (1 + W^T W)^-1 W^T and Q r, where Q = 1 - W G (Woodbury)."""
+    residual = (channel.observed - channel.mean) / scale
+    modes = channel.modes / scale[..., None]
+    across = np.swapaxes(modes, 1, 2)
+    gain = _solve(np.eye(modes.shape[-1]) + np.matmul(across, modes), across)
+    return modes, gain, residual - np.matmul(modes, np.matmul(gain, residual[..., None]))[..., 0]
+
+
 def given_other_points(channel: PredictedReadings) -> tuple[FloatArray, FloatArray]:
     """What each point of a channel should read if all its other points are known: mean and variance, (n_covered, n_point).
 
@@ -137,14 +181,9 @@ def given_other_points(channel: PredictedReadings) -> tuple[FloatArray, FloatArr
     mean, variance : SI; nan where Q_ii is lost in rounding, as in `log_normal`.
     """
     scale = np.sqrt(channel.variance)
-    residual = (channel.observed - channel.mean) / scale
-    modes = channel.modes / scale[..., None]
-    across = np.swapaxes(modes, 1, 2)
-    # Woodbury, in units of the noise: Q = 1 - W (1 + W^T W)^-1 W^T.
-    gain = _solve(np.eye(modes.shape[-1]) + np.matmul(across, modes), across)
+    modes, gain, weighted = _weighted(channel, scale)
     q = 1 - np.sum(modes * np.swapaxes(gain, 1, 2), axis=-1)
     q = np.where(q > 0, q, np.nan)
-    weighted = residual - np.matmul(modes, np.matmul(gain, residual[..., None]))[..., 0]
     return channel.observed - scale * weighted / q, channel.variance / q
 
 

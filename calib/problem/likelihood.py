@@ -5,18 +5,18 @@ The measurement model and its covariance are those of `calib.problem.measurement
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from calib.lab import Sweep
-from calib.problem.density import blocks_of, log_normal_blocks
+from calib.problem.density import blocks_of, level_of_blocks, log_normal_blocks
 from calib.problem.measurement import model_sweep, model_sweeps, ways_down
 from calib.problem.plan import SweepPlan, without_points
 from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
-from calib.problem.readings import SweepModel
+from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.repeats import log_normal_sweeps, put_together, repeats_of
 from calib.problem.values import Calibrated, values_at
 from models.response import Forward
@@ -142,8 +142,34 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
     -------
     (n_draw, n_block), in the order of `block_names`; -inf for draws that are not covered.
     """
+    return _of_blocks(problem, theta, log_normal_blocks, -np.inf)
+
+
+def levels_of_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
+    """How far each block of about eight neighbouring points is off what all other data and a draw foretell.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    (n_draw, n_block), in the order of `block_names`, in standard deviations, see `calib.problem.density.level_of_blocks`; nan
+    for draws that are not covered.
+    """
+    return _of_blocks(problem, theta, level_of_blocks, np.nan)
+
+
+def _of_blocks(
+    problem: Problem,
+    theta: FloatArray,
+    of_channel: Callable[[PredictedReadings, Sequence[int]], FloatArray],
+    uncovered: float,
+) -> FloatArray:
+    """What a function says of the blocks of a channel, of all of them, (n_draw, n_block)."""
     values = values_at(problem, theta)
-    found = np.full((theta.shape[0], len(block_names(problem))), -np.inf)
+    found = np.full((theta.shape[0], len(block_names(problem))), uncovered)
     columns = _columns_of_blocks(problem.plans)
     most = max((len(repeats.places) for repeats in repeats_of(problem.plans)), default=1)
     count = max(1, _TOGETHER * _HELD // max(most, _HELD))
@@ -153,7 +179,7 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
         for some in put_together(problem.plans, models):
             of_presses = [columns[k, some.repeats.channel] for k in some.repeats.places]
             rows = first + np.flatnonzero(some.covered)
-            found[rows[:, None], np.concatenate(of_presses)] = log_normal_blocks(some.readings, some.presses)
+            found[rows[:, None], np.concatenate(of_presses)] = of_channel(some.readings, some.presses)
     return found
 
 

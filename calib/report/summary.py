@@ -47,6 +47,8 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "first_answer": _first_answer(d),
         "models": [asdict(model) for model in d.models],
         "other_models": [asdict(departure) for departure in d.departures],
+        "without_discrepancy": asdict(d.without_discrepancy) if d.without_discrepancy is not None else None,
+        "blocks_foretold": [{"block": name, "z": z} for name, z in zip(posterior.blocks, d.block_z, strict=False)],
         "specimens_foretold": [asdict(f) for f in d.foretold],
         "specimens_apart": _apart(posterior),
         "prior_sensitivity": {name: {"diagnosis": s.diagnosis, **asdict(s)} for name, s in d.sensitivity.items()},

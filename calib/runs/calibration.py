@@ -21,6 +21,7 @@ from calib.checks import (
     look_elsewhere,
     reasons_to_text,
     unseen_to_text,
+    with_blocks_foretold,
     with_elsewhere,
     with_reweighting,
     with_sensitivity,
@@ -71,7 +72,17 @@ DEFAULT_SECONDS = 600.0
 
 
 #: What a calibration does, one after the other, as `Watch` is told it; the fourth to sixth by `Progress.stage`.
-STAGES = ("reading", "first answer", "other models", "start", "sampling", "block likelihoods", "spot check", "report")
+STAGES = (
+    "reading",
+    "first answer",
+    "other models",
+    "start",
+    "sampling",
+    "block likelihoods",
+    "left-out data",
+    "spot check",
+    "report",
+)
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,7 @@ class Stages:
     reweight : as `calib.checks.with_reweighting`.
     page : as `calib.runs.page.page_of`.
     look_elsewhere : as `calib.checks.look_elsewhere`.
+    foretell_blocks : as `calib.checks.with_blocks_foretold`.
     check : as `calib.runs.before.plausibility_of`.
     """
 
@@ -93,6 +105,7 @@ class Stages:
     reweight: Callable[..., Posterior] = with_reweighting
     page: Callable[[Run, Recommendation | None], str] = page_of
     look_elsewhere: Callable[..., Elsewhere] = look_elsewhere
+    foretell_blocks: Callable[..., Posterior] = with_blocks_foretold
     check: Callable[[Problem], Plausibility | None] = plausibility_of
 
 
@@ -259,6 +272,8 @@ def calibrate(
                 raise
             posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
             posterior = with_sensitivity(with_elsewhere(posterior, elsewhere))
+            watch.stage("left-out data")
+            posterior = stages.foretell_blocks(posterior, forward, crew if crew.processes else None)
             watch.stage("spot check")
             posterior = stages.spot_check(posterior, forward)
             watch.stage("report")

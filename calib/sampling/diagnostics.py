@@ -124,10 +124,12 @@ class Diagnostics:
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
     first_answer : what was estimated before sampling; None if nothing was.
     departures : how well models that differ in one choice describe the data; empty if that was not looked at.
+    without_discrepancy : how well noise alone describes what the model leaves; None if it has no discrepancy, or not looked at.
     foretold : how well specimens are predicted by the others; empty if there is one specimen, or it was not looked at.
     models : that the draws are an average over; empty for those of one model.
     strangers : how far specimens lie off the others of their lot; empty under complete pooling, and as for `foretold`.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
+    block_z : how far each block of data is off what all others foretell, in standard deviations; empty if not looked at.
     sensitivity : how much headline quantities hang on what was believed before, by name; empty if that was not looked at.
     """
 
@@ -147,10 +149,12 @@ class Diagnostics:
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     first_answer: FirstAnswer | None = None
     departures: tuple[Departure, ...] = ()
+    without_discrepancy: Departure | None = None
     foretold: tuple[Foretold, ...] = ()
     models: tuple[Averaged, ...] = ()
     strangers: tuple[Stranger, ...] = ()
     block_k_hat: tuple[float, ...] = ()
+    block_z: tuple[float, ...] = ()
     sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
 
     @property
@@ -319,7 +323,7 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         for name, summary in data["parameters"].items()
     }
     tuples: dict[str, Any] = {
-        key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data
+        key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat", "block_z") if key in data
     }
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
@@ -338,6 +342,8 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
         read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
     read["departures"] = tuple(Departure(**{**d, **_modulus(d)}) for d in data.get("departures", ()))
+    if plain := data.get("without_discrepancy"):
+        read["without_discrepancy"] = Departure(**{**plain, **_modulus(plain)})
     read["models"] = tuple(Averaged(**{**m, **_modulus(m), "interval": tuple(m["interval"])}) for m in data.get("models", ()))
     read["foretold"] = tuple(Foretold(**{**f, "ratio": FirstEstimate(**f["ratio"])}) for f in data.get("foretold", ()))
     read["sensitivity"] = {

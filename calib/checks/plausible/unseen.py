@@ -73,13 +73,8 @@ class Unseen:
         return f"{_WHAT[self.cause]} {100 * self.size:g} % {_MORE[self.cause]}"
 
     def to_plain(self) -> dict[str, Any]:
-        """What a program reads of it, SI; `from_plain` reads it."""
+        """What a program reads of it, SI."""
         return {**asdict(self), "name": str(self.name)}
-
-
-def from_plain(plain: Mapping[str, Any]) -> Unseen:
-    """What `Unseen.to_plain` wrote."""
-    return Unseen(**{**plain, "name": UnknownName.parse(plain["name"])})
 
 
 def unseen_to_text(unseen: Sequence[Unseen]) -> str:
@@ -89,7 +84,7 @@ def unseen_to_text(unseen: Sequence[Unseen]) -> str:
 
 def unseen_from_text(text: str) -> tuple[Unseen, ...]:
     """What `unseen_to_text` wrote."""
-    return tuple(from_plain(plain) for plain in json.loads(text))
+    return tuple(Unseen(**{**plain, "name": UnknownName.parse(plain["name"])}) for plain in json.loads(text))
 
 
 def unseen_in(look: Look) -> tuple[Unseen, ...]:

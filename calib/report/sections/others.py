@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from calib.catalogue import QUANTITIES
-from calib.checks import BAYES_LIMITS, RULED_OUT
+from calib.checks import BAYES_LIMITS, RULED_OUT, departure_in_words
 from calib.digits import with_uncertainty
 from calib.report.section import Results, Section
 from calib.sampling import Departure, FirstEstimate, Posterior
@@ -21,7 +21,7 @@ _MOST = 5
 def section(results: Results) -> Section | None:
     """Show the models that were held against the data, and specimens against each other; None if neither was done."""
     d = results.posterior.diagnostics
-    if not d.departures and not d.foretold and not d.strangers:
+    if not d.departures and not d.foretold and not d.strangers and d.without_discrepancy is None:
         return None
     predicted = [
         (f.specimen, f.channel, _sized(f.ratio), f"{abs(f.z):.1f}") for f in sorted(d.foretold, key=lambda f: -abs(f.z))
@@ -33,10 +33,17 @@ def section(results: Results) -> Section | None:
     context = {
         "average": bool(d.models),
         "models": other_models(results.posterior),
+        "without": _without_discrepancy(results.posterior),
         "predicted": predicted[:_MOST],
         "of_lot": of_lot[:_MOST],
     }
     return Section("others", _TITLE, "Other models", "others.html.j2", context)
+
+
+def _without_discrepancy(posterior: Posterior) -> str:
+    """Say what the fit without discrepancy makes of these data; "" where that is not known."""
+    found = posterior.diagnostics.without_discrepancy
+    return "" if found is None or math.isnan(found.log_bayes) else departure_in_words(found, posterior)
 
 
 def _sized(ratio: FirstEstimate) -> str:

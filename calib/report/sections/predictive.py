@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from calib.checks import Prediction
 from calib.report.figures.predictive import change_figure, channel_figure
 from calib.report.pictures import Picture, Plot
@@ -55,8 +57,23 @@ def _part(results: Results, p: Prediction) -> SweepPart:
     pictures, checks = [], []
     for kind, channel in p.channels.items():
         pictures.append(results.picture(_name(p, kind)))
-        checks.append((kind, channel.check.in_words, channel.check.passed))
+        words = ". ".join(filter(None, (channel.check.in_words, _left_out_in_words(results, p, kind))))
+        checks.append((kind, words, channel.check.passed))
     return SweepPart(f"{p.title} (ball of {p.indenter_radius * 1e3:g} mm radius)", tuple(pictures), tuple(checks))
+
+
+def _left_out_in_words(results: Results, p: Prediction, kind: str) -> str:
+    """Say how far the parts of a channel are off what all other data foretell; "" where that is not known."""
+    posterior = results.posterior
+    of_blocks = zip(posterior.blocks, posterior.diagnostics.block_z, strict=False)
+    z = np.array([z for name, z in of_blocks if name.rpartition(" ")[0] == f"{p.title}, {kind}"])
+    known = np.abs(z[np.isfinite(z)])
+    if not known.size:
+        return ""
+    left = f" ({z.size - known.size} of {z.size} could not be)" if known.size < z.size else ""
+    return (
+        f"Left out and foretold by all other data{left}, its parts are off by {np.max(known):.1f} standard deviations at most"
+    )
 
 
 def _change_picture(results: Results) -> Picture | None:

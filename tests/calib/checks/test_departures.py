@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 
 from calib.checks.departures import look_elsewhere
-from calib.checks.left_out import leave_out_exactly
+from calib.checks.left_out import blocks_foretold, leave_out_exactly, with_blocks_foretold
 from calib.checks.left_out_specimens import foretold
+from calib.checks.reasons import judge_posterior
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.forward import forward_of_experiment
 from calib.experiment.plan import Experiment
+from calib.problem.density import blocks_of
 from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling.estimate import first_answer
-from calib.sampling.posterior import leave_out
+from calib.sampling.posterior import Posterior, leave_out
 from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
 from models.response import Forward
@@ -149,18 +151,49 @@ def test_nothing_is_asked_of_the_finite_elements_and_nothing_known_without_a_fir
     assert look_elsewhere(exact, first_answer(problem)).departures == ()
 
 
+def _of_few_unknowns(one: Experiment, forward: Forward, lifted: float = 0.0) -> Posterior:
+    """A posterior of four unknowns; the capacitance in the second of its blocks may be read too high [F]."""
+    problem = _problem(replace(one, model="closed form"), forward, ClosedForm())
+    free = ("young_modulus", "force_noise", "parasitic_capacitance", "contact_offset[sensor 1]")
+    known = {name: e.mean for name, e in first_answer(problem).parameters.items() if name not in free}
+    (sweep,) = problem.sweeps
+    points = sweep.channels["capacitance"]
+    value = points.value + np.where(np.isin(np.arange(points.value.size), blocks_of(points.value.size)[1]), lifted, 0.0)
+    sweep = replace(sweep, channels={**sweep.channels, "capacitance": replace(points, value=value)})
+    problem = build_problem(problem.experiment, [sweep], forward)
+    problem = replace(problem, parameters=tuple(p for p in problem.parameters if p.name in free), fixed=known)
+    return sample(problem, seed=1, processes=0, max_steps=100)
+
+
+@pytest.mark.parametrize("lifted", [0.0, 3e-14])
+def test_a_part_of_a_press_that_was_read_too_high_is_not_where_all_others_let_one_expect(
+    one: Experiment, lifted: float
+) -> None:
+    forward = ClosedForm(force_error=0.002)
+    posterior = _of_few_unknowns(one, forward, lifted)
+    z = dict(zip(posterior.blocks, blocks_foretold(posterior, forward), strict=True))
+    others = [size for name, size in z.items() if name != "sensor 1, capacitance 2"]
+    reasons = [r for r in judge_posterior(with_blocks_foretold(posterior, forward)).reasons if r.gate == "left-out data"]
+    if lifted:
+        assert z["sensor 1, capacitance 2"] > 5.0
+        assert z["sensor 1, capacitance 2"] > np.max(np.abs(others))
+        assert [r.level for r in reasons] == ["red"]
+        assert "part 2 of 3 of the capacitance of sensor 1 is " in reasons[0].finding
+        assert "too high" in reasons[0].finding
+    else:
+        assert np.max(np.abs(list(z.values()))) < 3.0
+        assert not reasons
+
+
 def test_a_block_whose_weights_cannot_be_trusted_is_fitted_anew(one: Experiment) -> None:
     forward = ClosedForm(force_error=0.002)
-    problem = _problem(replace(one, model="closed form"), forward, ClosedForm())
-    free = ("young_modulus", "force_noise", "contact_offset[sensor 1]")
-    known = {name: e.mean for name, e in first_answer(problem).parameters.items() if name not in free}
-    problem = replace(problem, parameters=tuple(p for p in problem.parameters if p.name in free), fixed=known)
-    posterior = sample(problem, seed=1, processes=0, max_steps=100)
+    posterior = _of_few_unknowns(one, forward)
     right = leave_out(posterior)
     block = int(np.argmin(right.k_hat))
     wild = posterior.log_likelihood.copy()
     wild[..., block] += 9 * np.random.default_rng(2).standard_normal(wild.shape[:2])
     wrong = replace(posterior, log_likelihood=wild)
+    assert blocks_foretold(wrong, forward)[block] == pytest.approx(blocks_foretold(posterior, forward)[block], abs=0.15)
     assert block in leave_out(wrong).doubtful
     found = leave_out_exactly(wrong, forward)
     assert block in found.refitted

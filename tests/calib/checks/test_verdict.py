@@ -149,6 +149,17 @@ def test_of_three_the_one_that_is_not_predicted_is_meant(make_posterior: MakePos
     assert "of two specimens" not in reason.finding
 
 
+def test_parts_of_a_press_that_cannot_be_foretold_take_the_green_away(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    z = [0.3] * len(posterior.blocks)
+    assert _gates(_with(posterior, block_z=tuple(z))) == {}
+    assert "left-out data" in passed_gates(_with(posterior, block_z=tuple(z)), judge_posterior(posterior))
+    z[1] = np.nan
+    unknown = _with(posterior, block_z=tuple(z))
+    assert _gates(unknown) == {"left-out data": "amber"}
+    assert "left-out data" not in passed_gates(unknown, judge_posterior(posterior))
+
+
 def test_a_misfit_says_where_along_the_press_it_lies(make_posterior: MakePosterior) -> None:
     posterior = make_posterior()
     predictions = list(predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=50))

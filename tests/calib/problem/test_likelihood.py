@@ -24,6 +24,7 @@ from calib.problem.by_name import residuals
 from calib.problem.density import given_other_points, log_likelihood_points, log_normal
 from calib.problem.likelihood import (
     block_names,
+    levels_of_blocks,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
@@ -479,6 +480,20 @@ def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:
     np.testing.assert_allclose(log_likelihood_blocks(problem, theta)[0, 1], whole - others, rtol=1e-8)
 
 
+def test_the_level_of_a_block_is_held_against_all_other_points_of_its_channel() -> None:
+    problem = build_problem(experiment(), [press()], WithError())
+    theta = 0.3 * np.random.default_rng(4).standard_normal((1, len(problem.parameters)))
+    c = predict_sweep(problem, values_at(problem, theta), problem.sweeps[0]).channels["force"]
+    assert c is not None
+    covariance = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
+    own, rest = np.arange(8, 16), np.r_[0:8, 16:40]
+    across = covariance[np.ix_(own, rest)] @ np.linalg.inv(covariance[np.ix_(rest, rest)])
+    residual = c.observed - c.mean[0]
+    off = np.sum(residual[own] - across @ residual[rest])
+    variance = np.sum(covariance[np.ix_(own, own)] - across @ covariance[np.ix_(rest, own)])
+    np.testing.assert_allclose(levels_of_blocks(problem, theta)[0, 1], off / np.sqrt(variance), rtol=1e-6)
+
+
 def test_a_point_is_conditional_on_all_other_points_of_its_channel() -> None:
     problem = build_problem(experiment(), [press()], WithError())
     theta = 0.3 * np.random.default_rng(4).standard_normal((2, len(problem.parameters)))
@@ -642,6 +657,7 @@ def test_blocks_of_presses_are_given_the_others_and_what_is_left_without_them_is
     problem, theta = _repeated()
     blocks, whole = log_likelihood_blocks(problem, theta), log_likelihood(problem, theta)
     assert blocks.shape[1] == len(block_names(problem))
+    assert levels_of_blocks(problem, theta).shape == blocks.shape
     for number in (0, 7, 13, blocks.shape[1] - 1):
         rest = log_likelihood(without_block(problem, number), theta)
         np.testing.assert_allclose(blocks[:, number], whole - rest, atol=1e-6)

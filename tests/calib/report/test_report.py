@@ -396,7 +396,9 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
         Departure("gent", "Gent", 2.0, FirstEstimate(0.61e6, 0.01e6)),
     )
     foretold = (Foretold("sensor 2", "force", FirstEstimate(1.03, 0.012), 2.5),)
-    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, foretold=foretold))
+    plain = Departure("discrepancy-off", "no discrepancy", 1.5, FirstEstimate(0.62e6, 0.009e6))
+    more = {"foretold": foretold, "without_discrepancy": plain}
+    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, **more))
     text = _text(report_page(told, predictions)).partition("Other models of these data")[2]
     assert (
         text.index("Gent 7.4 ask for it 0.610 ± 0.010")
@@ -406,6 +408,7 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
     )
     wanted = "the force of sensor 2 is 1.030 ± 0.012 times what they let one expect (2.5 standard deviations from 1)"
     assert wanted in text
+    assert "no discrepancy (4.5 times as probable), with a Young&#39;s modulus of 0.6200 ± 0.0090 instead of" in text
 
 
 GRADES = (
