@@ -418,7 +418,7 @@ def test_what_is_taken_as_exact_is_said_to_do_what_its_error_does(
     lab = _lab(force_alone=force_alone)
     outlook = lab.check().outlook
     assert outlook is not None
-    said = {one.cause: one for one in outlook.unseen}[cause]
+    (said,) = (one for one in outlook.unseen if one.cause == cause)
     assert f"{cause} = {{ normal" in said.in_words
     right, wrong = (
         first_answer(build_problem(lab.experiment, sweeps, ClosedForm())).parameters[str(said.name)]

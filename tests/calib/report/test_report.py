@@ -397,8 +397,8 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
     )
     foretold = (Foretold("sensor 2", "force", FirstEstimate(1.03, 0.012), 2.5),)
     plain = Departure("discrepancy-off", "no discrepancy", 1.5, FirstEstimate(0.62e6, 0.009e6))
-    more = {"foretold": foretold, "without_discrepancy": plain}
-    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, **more))
+    diagnostics = replace(posterior.diagnostics, departures=found, foretold=foretold, without_discrepancy=plain)
+    told = replace(posterior, diagnostics=diagnostics)
     text = _text(report_page(told, predictions)).partition("Other models of these data")[2]
     assert (
         text.index("Gent 7.4 ask for it 0.610 ± 0.010")
