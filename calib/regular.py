@@ -79,9 +79,12 @@ def names_beside(path: Path) -> str:
     endings = {own} if own == ".toml" else {".csv", own} - {""}
     kind = " or ".join(ending[1:].upper() for ending in sorted(endings))
     try:
-        names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in endings and p.is_file())
+        files = sorted(p.name for p in folder.iterdir() if p.is_file())
     except OSError as error:
         return f"The folder cannot be listed: {error.strerror}"
+    names = [name for name in files if Path(name).suffix.lower() in endings]
+    if (close := difflib.get_close_matches(path.name, files, n=1, cutoff=0.8)) and close[0] not in names:
+        return f"Nearest to that name is {close[0]}"
     if not names:
         return f"There are no {kind} files in that folder"
     likely = difflib.get_close_matches(path.name, names, n=3, cutoff=0.6)

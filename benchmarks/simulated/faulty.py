@@ -24,7 +24,7 @@ from calib.priors import parse_prior
 from calib.problem.synthetic import Rig
 from models.fem import FiniteElements
 from models.laws import Law, Yeoh
-from models.layers import layered
+from models.layers import LayeredDesign, layered
 from models.response import ConvergenceError, OutOfRangeError, Response
 from models.sensor import Base, Design, FloatArray, design_from
 
@@ -67,6 +67,7 @@ class Physics:
     ratio : modulus of the padding over that of the sensor.
     friction : coefficient at the ball.
     slippery : whether the padding slides on its base.
+    base_friction : coefficient there; 0 for none, inf for a padding that is held.
     law : of both materials; None for neo-Hookean.
     ball : true radius of the ball over the one of the experiment.
     second : modulus of the second specimen over that of the first.
@@ -78,6 +79,7 @@ class Physics:
     ratio: float = 1.0
     friction: float = 0.0
     slippery: bool = False
+    base_friction: float = 0.0
     law: Law | None = None
     ball: float = 1.0
     second: float = 1.0
@@ -101,12 +103,12 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class Lab:
-    """A simulated lab: its experiment, what it measured, and the true design of each specimen with the law of its layers."""
+    """A simulated lab: its experiment, what it measured, and the true design of each specimen with its physics."""
 
     experiment: Experiment
     sweeps: tuple[Sweep, ...]
     designs: tuple[Design, ...]
-    law: Law | None
+    physics: Physics
 
 
 @dataclass(frozen=True)
@@ -138,20 +140,28 @@ class Curve:
         return Response(np.asarray(depth, float), self.force(s), 0 * s, self.capacitance(s), c0, none, none)
 
 
-def curve_of(design: Design, end: float, law: Law | None = None) -> Curve:
+PLAIN = Physics()
+
+
+def stack_of(design: Design, physics: Physics) -> LayeredDesign:
+    """The layers of a design, with what of its physics a `Design` does not say."""
+    stack = replace(layered(design), base_friction_coefficient=physics.base_friction)
+    if physics.law is None:
+        return stack
+    return replace(stack, layers=tuple(replace(layer, law=physics.law) for layer in stack.layers))
+
+
+def curve_of(design: Design, end: float, physics: Physics = PLAIN) -> Curve:
     """Press a design with the finite elements, to an end.
 
     Parameters
     ----------
     design : the sensor.
     end : depth [m].
-    law : of all layers; None for that of the design.
+    physics : that it has.
     """
     s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
-    stack = layered(design)
-    if law is not None:
-        stack = replace(stack, layers=tuple(replace(layer, law=law) for layer in stack.layers))
-    r = FiniteElements(ACCURACY).respond(stack, s[1:] ** 2)
+    r = FiniteElements(ACCURACY).respond(stack_of(design, physics), s[1:] ** 2)
     at_rest = float(np.asarray(design.rest_capacitance))
     force, capacitance = (np.concatenate([[first], rest]) for first, rest in ((0.0, r.force), (at_rest, r.capacitance)))
     return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
@@ -189,6 +199,10 @@ KINDS: Mapping[str, Fault] = {
     "sound": Fault(),
     "friction 0.3": Fault({"friction": 0.3}),
     "slippery base": Fault({"slippery": True}),
+    "base rubs 0.2, as slippery": Fault({"slippery": True, "base_friction": 0.2}, {"base": "slippery"}),
+    "base rubs 0.5, as slippery": Fault({"slippery": True, "base_friction": 0.5}, {"base": "slippery"}),
+    "base rubs 1, as bonded": Fault({"slippery": True, "base_friction": 1.0}),
+    "base rubs 2, as bonded": Fault({"slippery": True, "base_friction": 2.0}),
     "Yeoh, c2 0.1": Fault({"law": Yeoh(0.1)}),
     "relaxation": Fault({"relaxation": (0.15, 20.0)}),
     "ball 2 % larger": Fault({"ball": 1.02}),
@@ -223,7 +237,7 @@ def lab_of(name: str, seed: int) -> Lab:
         return _measured(experiment, fault.padding, replace(physics, dielectric=1 + other.choice([-0.12, 0.12])), other)[0]
 
     sweeps = _read(experiment, fault.tampered(records, others, rng))
-    return Lab(experiment, sweeps, tuple(designs), physics.law)
+    return Lab(experiment, sweeps, tuple(designs), physics)
 
 
 def _read(experiment: Experiment, records: Sequence[Record]) -> tuple[Sweep, ...]:
@@ -294,7 +308,7 @@ def _measured(
         base: Base = "slippery" if physics.slippery else "bonded"
         design = design_from(own, friction_coefficient=physics.friction, base=base)
         rig = Rig(0.2e-3 + 0.03e-3 * z(), compliance, 0.3 * z(), parasitic, 2 * z(), capacitance_noise=1e-14, speed=SPEED)
-        records.append(pressed(curve_of(design, 1.05 * DEPTH, physics.law), rig, physics, rng))
+        records.append(pressed(curve_of(design, 1.05 * DEPTH, physics), rig, physics, rng))
         designs.append(design)
     return records, designs
 
@@ -351,9 +365,7 @@ def true_signal(lab: Lab, specimen: int, padding: float, force: float) -> float:
     force : [N].
     """
     design = lab.designs[specimen]
-    stack = layered(replace(design, padding=replace(design.padding, thickness=padding)))
-    if lab.law is not None:
-        stack = replace(stack, layers=tuple(replace(layer, law=lab.law) for layer in stack.layers))
+    stack = stack_of(replace(design, padding=replace(design.padding, thickness=padding)), lab.physics)
     try:
         capacitance = float(FiniteElements(ACCURACY).respond_to_force(stack, np.array([force])).capacitance[0])
     except (OutOfRangeError, ConvergenceError):

@@ -17,6 +17,7 @@ from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.digits import with_uncertainty
 from calib.experiment import Experiment, unedited_in_words
+from calib.problem import channel_of_block
 from calib.sampling import Departure, Foretold, ParameterSummary, Posterior, Sensitivity, Stranger
 
 #: Of n numbers that are standard normal in a sound lab, posterior means in the coordinates of their priors or ratios of the
@@ -285,9 +286,10 @@ def _left_out(posterior: Posterior) -> Iterator[Reason]:
 
 def _part_in_words(name: str, blocks: Sequence[str]) -> str:
     """Say which part of a channel a block of `block_names` is."""
-    channel, _, number = name.rpartition(" ")
+    channel = channel_of_block(name)
+    together = [other for other in blocks if channel_of_block(other) == channel]
     title, _, kind = channel.rpartition(", ")
-    return f"part {number} of {sum(other.rpartition(' ')[0] == channel for other in blocks)} of the {kind} of {title}"
+    return f"part {together.index(name) + 1} of {len(together)} of the {kind} of {title}"
 
 
 def _off_in_words(z: float) -> str:

@@ -107,7 +107,7 @@ def simulate(
             _simulate_fem(pressed, path, accuracy, output, _Pictures(picture, view, vtk, field), check=check)
             return
         if not isinstance(pressed, Design):
-            covered = "a ball on a sensor and padding of one law, neo-Hookean or Gent, on a bonded base"
+            covered = "a ball on a sensor and padding of one law, neo-Hookean or Gent, on a base that is bonded or slips freely"
             message = f"the {model} covers {covered}; the design is another"
             raise InputError(Fault(message, design, advice="Add --model fem"))
         forward = forward_of_design(pressed, model, surrogate_file)

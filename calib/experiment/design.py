@@ -27,7 +27,7 @@ from calib.experiment.toml_values import (
     text_at,
 )
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
-from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
+from models.layers import LARGEST_BASE_FRICTION, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
 from models.sensor import INCOMPRESSIBLE, Base, Design, Indenter, Padding, Sensor
 
 #: Tables of a design with their keys, and the quantity that each is; keys that are none stand in `BESIDE`.
@@ -56,6 +56,8 @@ REQUIRED: Mapping[tuple[str, str], str] = {
 #: Keys of the disc and of each layer of a stack.
 DISC = ("radius", "electrode_radius")
 LAYER = ("name", "thickness", "young_modulus", "poisson_ratio", "law", "relative_permittivity")
+
+_BASE_FRICTION = "base_friction_coefficient"
 
 #: Shapes of indenters, with the keys that give their size and an example of each.
 SHAPES: Mapping[str, Mapping[str, str]] = {
@@ -87,6 +89,7 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
     path : TOML file in UTF-8, of the form::
 
         base = "bonded"                   # optional, or "slippery"
+        base_friction_coefficient = 0.0   # optional, of a slippery base; "stick" for no slip at all
         [indenter]
         radius = "5 mm"
         friction_coefficient = 0.0        # optional; "stick" for no slip at all
@@ -124,7 +127,8 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
 
     Returns
     -------
-    A `Design` if that says it all (a sphere on sensor and padding of one law, neo-Hookean or Gent's), else a `LayeredDesign`.
+    A `Design` if that says it all (a sphere on sensor and padding of one law, neo-Hookean or Gent's, on a base that does not
+    rub), else a `LayeredDesign`.
 
     Raises
     ------
@@ -135,10 +139,17 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
     toml = read_toml(path)
     stacked = "layers" in toml.data or "disc" in toml.data
     parts = ("disc", "layers") if stacked else ("sensor", "padding")
-    meant = check_keys(toml, (), ("base", "indenter", *parts))
+    meant = check_keys(toml, (), ("base", _BASE_FRICTION, "indenter", *parts))
     base = cast(Base, choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base)))
     shape, sizes = _indenter(toml, quiet="indenter" in meant)
     friction = _friction(toml, ("indenter", "friction_coefficient"))
+    on_base = _friction(toml, (_BASE_FRICTION,))
+    if LARGEST_BASE_FRICTION < on_base < math.inf:
+        message = f'{_BASE_FRICTION} must not be above {LARGEST_BASE_FRICTION:g}, or "stick", got {on_base:g}'
+        toml.fault((_BASE_FRICTION,), message, "From there on nothing slides")
+    if on_base > 0 and base != "slippery":
+        message = f'{_BASE_FRICTION} is that of a slippery base, got {quoted(toml.data[_BASE_FRICTION])} with base = "{base}"'
+        toml.fault((_BASE_FRICTION,), message, 'Write base = "slippery", or take it out')
     if stacked:
         disc, electrode, layers, dielectrics = _stack(toml)
         raise_faults(toml)
@@ -152,6 +163,7 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
                 dielectrics,
                 friction,
                 base,
+                on_base,
             ),
         )
     values, laws, poisson_ratio = _sensor_and_padding(toml, meant)
@@ -165,7 +177,7 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
         ),
     )
     stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
-    if shape == "sphere" and stiffening is not None:
+    if shape == "sphere" and stiffening is not None and on_base == 0:
         return replace(design, sensor=replace(design.sensor, stiffening=stiffening), base=base)
     plain = layered(design)
     by_name = {"sensor": laws["sensor"], "padding": laws["padding"]}
@@ -179,6 +191,7 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
             plain.dielectrics,
             friction,
             base,
+            on_base,
         ),
     )
 
@@ -347,12 +360,12 @@ def _shape_parameter(key: str, value: Any) -> float | tuple[float, ...]:
     return number(value)
 
 
-def _friction(toml: Toml, at: tuple[str, str]) -> float:
+def _friction(toml: Toml, at: KeyPath) -> float:
     """The optional friction coefficient, a plain number that is not negative, or "stick"."""
-    value = table_at(toml, at[:1]).get(at[1], 0.0)
+    value = (table_at(toml, at[:-1]) if at[:-1] else toml.data).get(str(at[-1]), 0.0)
     if value == "stick":
         return math.inf
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
-        toml.fault(at, f'friction_coefficient must be a plain number of zero or more, or "stick", got {quoted(value)}')
+        toml.fault(at, f'{at[-1]} must be a plain number of zero or more, or "stick", got {quoted(value)}')
         return 0.0
     return float(value)

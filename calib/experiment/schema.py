@@ -221,6 +221,7 @@ def design_schema() -> Schema:
     }
     top = {
         "base": choice("What the lowest layer does on the rigid base.", get_args(Base), "bonded"),
+        "base_friction_coefficient": _FRICTION,
         "indenter": _indenter(),
         "sensor": sensor,
         "padding": padding,

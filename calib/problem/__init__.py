@@ -7,6 +7,7 @@ from calib.problem.glance import Glance, glances
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
+    channel_of_block,
     levels_of_blocks,
     log_likelihood,
     log_likelihood_at,
@@ -68,6 +69,7 @@ __all__ = [
     "as_unmeasured_specimen",
     "block_names",
     "build_problem",
+    "channel_of_block",
     "chi_square",
     "columns_at",
     "coordinates_of",

@@ -204,6 +204,11 @@ def block_names(problem: Problem) -> tuple[str, ...]:
     return tuple(names)
 
 
+def channel_of_block(name: str) -> str:
+    """Specimen, sweep and channel that a block is of, from its name in `block_names`."""
+    return name.rpartition(" ")[0]
+
+
 def without_block(problem: Problem, number: int) -> Problem:
     """The problem of all data but one block: what is known without it.
 

@@ -9,10 +9,10 @@ from calib.report.section import Results
 # A balance at the touch that moves a modulus by no more than this, in its standard deviations, is left to the check; so is an
 # error of what is taken as exact.
 _BALANCE, _EXACT = 1.0, 0.1
-# What is taken as exact, and the error of it that `unseen_in` looks at.
+# What is taken as exact, and how an error of it is told.
 _TAKEN = {
-    "force_gain": "an exact load cell: one that reads 1 % too high",
-    "indenter_radius": "an exact ball radius: a ball that is 1 % larger",
+    "force_gain": "an exact load cell: one that reads {:g} % too high",
+    "indenter_radius": "an exact ball radius: a ball that is {:g} % larger",
 }
 
 
@@ -36,7 +36,7 @@ def not_seen(results: Results) -> str:
 def exact_conditions(results: Results) -> list[str]:
     """What an error of each thing that is taken as exact makes of a modulus, in a line each; nothing where that is little."""
     return [
-        f"{_TAKEN[cause]} makes {QUANTITIES[one.name.parameter].label} {abs(one.share) * 100:.2g} % too "
+        f"{_TAKEN[cause].format(100 * one.size)} makes {QUANTITIES[one.name.parameter].label} {abs(one.share) * 100:.2g} % too "
         f"{'large' if one.share < 0 else 'small'} ({abs(one.shift):.1f} of its standard deviations)"
         for cause, one in _most(results).items()
         if cause != "load_step" and abs(one.shift) >= _EXACT

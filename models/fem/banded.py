@@ -15,6 +15,15 @@ from models.sensor import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
+class Entries:
+    """Single entries of a stiffness, all of shape (n_entry,): `rows` and `columns` are displacement components."""
+
+    rows: IntArray
+    columns: IntArray
+    values: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Band:
     """Where every entry of the element and edge matrices goes.
 
@@ -40,6 +49,10 @@ class Band:
         """Values (n_dof,) of all displacement components from those of the unknowns (n,), 0 where held."""
         return np.where(self.number >= 0, solution[self.number], 0.0)
 
+    def unknowns(self, values: FloatArray) -> FloatArray:
+        """Those of the values (n_dof,) that belong to unknowns, (n,)."""
+        return values[self.number >= 0]
+
     def gather(self, elements: FloatArray, edges: FloatArray) -> FloatArray:
         """Sum the forces of elements and of contact edges at the unknowns.
 
@@ -58,7 +71,7 @@ class Band:
         """Lower band (width + 1, n) of the element stiffnesses, Fortran order."""
         return np.asarray(self.elements @ elements.ravel()).reshape(self.n, self.width + 1).T
 
-    def factorise(self, elements: FloatArray, edges: FloatArray, *, symmetric: bool) -> Factor:
+    def factorise(self, elements: FloatArray, edges: FloatArray, *, symmetric: bool, beside: Entries | None = None) -> Factor:
         """Assemble the tangent and factorise it: Cholesky if it is symmetric and positive definite, else LU.
 
         Parameters
@@ -66,6 +79,7 @@ class Band:
         elements : (n_element, 16, 16), stiffness of the elements.
         edges : (n_edge, 6, 6), stiffness of the contact edges.
         symmetric : whether Cholesky is worth trying; with friction the tangent is not symmetric.
+        beside : more of the stiffness; only of one that is not symmetric.
 
         Returns
         -------
@@ -93,6 +107,10 @@ class Band:
         for k in range(1, w + 1):
             full[2 * w - k, k:] = lower[k, : n - k]
         np.add.at(full, (2 * w + i - j, j), value)
+        if beside is not None:
+            i, j = self.number[beside.rows], self.number[beside.columns]
+            kept = (i >= 0) & (j >= 0)
+            np.add.at(full, (2 * w + (i - j)[kept], j[kept]), beside.values[kept])
         factor, pivots, info = lapack.dgbtrf(full, w, w, overwrite_ab=1)
         if info != 0 or not np.all(np.isfinite(factor[2 * w])):
             raise LinAlgError("singular tangent")

@@ -36,6 +36,9 @@ def shape_1d(x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 #: Order of the nodes of an element here: the eight on its border, then the inner one.
 _NODES = np.array([0, 1, 2, 3, 5, 6, 7, 8, 4])
+#: Where the border's components (r of all nodes, then z) have the three nodes of the lower side.
+BASE_R = tuple(int(np.flatnonzero(3 * i == _NODES)[0]) for i in range(3))
+BASE_Z = tuple(8 + r for r in BASE_R)
 #: Quadrature points of the reference square, shape (9,).
 _X, _Y = (g.ravel() for g in np.meshgrid(_GAUSS3, _GAUSS3, indexing="ij"))
 _W = np.outer(_WEIGHT3, _WEIGHT3).ravel()

@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from models.fem import banded, contact, elements, material
+from models.fem import banded, contact, elements, material, sliding
 from models.fem.banded import Band, Factor
 from models.fem.contact import Contact, Gap, Surface
 from models.fem.elements import Elements
 from models.fem.mesh import Mesh, make_mesh
+from models.fem.sliding import BaseNodes, Sliding
 from models.layers import LayeredDesign
 from models.sensor import BoolArray, FloatArray
 
@@ -28,18 +29,24 @@ _LEAST_JACOBIAN = 0.02
 
 @dataclass(frozen=True, eq=False)
 class DiscreteSensor:
-    """A discretised design: mesh, elements, contact surface, and where each stiffness entry goes in the band."""
+    """A discretised design: mesh, elements, contact surface, base, and where each stiffness entry goes in the band."""
 
     design: LayeredDesign
     mesh: Mesh
     elements: Elements
     surface: Surface
+    base: BaseNodes
     band: Band
 
     @property
     def frictionless(self) -> bool:
-        """Whether the tangent is symmetric."""
-        return self.design.friction_coefficient == 0
+        """Whether the tangent is symmetric, and a state does not depend on the path."""
+        return self.design.frictionless
+
+    @property
+    def base_rubs(self) -> bool:
+        """Whether nodes on the base stick and slip by Coulomb's law."""
+        return 0 < self.design.base_friction_coefficient < np.inf
 
 
 def make_model(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> DiscreteSensor:
@@ -74,16 +81,17 @@ def on_mesh(design: LayeredDesign, mesh: Mesh) -> DiscreteSensor:
     surface = contact.make_surface(mesh)
     held = np.zeros((mesh.r.size, mesh.n_row, 2), dtype=bool)
     held[:, 0, 1] = True
-    held[:, 0, 0] = design.base == "bonded"
+    held[:, 0, 0] = design.base == "bonded" or design.base_friction_coefficient == np.inf
     held[0, :, 0] = True
     held[1::2, 1::2, :] = True  # inner nodes are condensed
     edge_dofs = (2 * surface.edges[:, :, None] + np.arange(2)).reshape(-1, 6)
-    return DiscreteSensor(design, mesh, parts, surface, banded.make_band(held.ravel(), parts.border_dofs, edge_dofs))
+    base = sliding.make_base(mesh, parts.border_dofs)
+    return DiscreteSensor(design, mesh, parts, surface, base, banded.make_band(held.ravel(), parts.border_dofs, edge_dofs))
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """An equilibrium: displacement (n_dof,), element pressures (n_element, 3) and contact.
+    """An equilibrium: displacement (n_dof,), element pressures (n_element, 3), contact, and the nodes of a base that rubs.
 
     `force` and `stiffness` dF/dd, `contact_radius` and `depth` are in the model's units. `penetration` is the largest overlap
     of the deformed surface with the indenter, at 33 points on every edge. `newton` lists the sizes of Newton's steps over the
@@ -94,6 +102,7 @@ class State:
     u: FloatArray
     pressure: FloatArray
     contact: Contact
+    sliding: Sliding
     force: float = 0.0
     stiffness: float = 0.0
     contact_radius: float = 0.0
@@ -114,7 +123,8 @@ def rest(model: DiscreteSensor) -> State:
     """The undeformed stack, indenter at first touch; with the energies used the stress-free state has no pressure."""
     u = np.zeros(2 * model.mesh.n_node)
     at = contact.gap(model.surface, model.design.profile, u, 0.0)
-    return State(0.0, u, np.zeros((model.elements.weight.shape[0], 3)), contact.no_contact(at))
+    pressure = np.zeros((model.elements.weight.shape[0], 3))
+    return State(0.0, u, pressure, contact.no_contact(at), sliding.at_rest(model.base))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,16 +142,20 @@ class Linearised:
     rate: FloatArray
 
 
-def linearise(model: DiscreteSensor, f: FloatArray, gap: Gap, pressure: FloatArray, touching: Contact) -> Linearised:
+def linearise(
+    model: DiscreteSensor, u: FloatArray, f: FloatArray, gap: Gap, pressure: FloatArray, touching: Contact, below: Sliding
+) -> Linearised:
     """Assemble the tangent at a state, factorise it, and find Newton's step and the rate with depth.
 
     Parameters
     ----------
     model : the discretised design.
+    u : (n_dof,), displacements.
     f : (5, n_element, n_quad), deformation.
     gap : where the surface is relative to the indenter.
     pressure : (n_element, 3), of the elements.
     touching : contact.
+    below : the nodes on a base that rubs.
 
     Returns
     -------
@@ -154,14 +168,13 @@ def linearise(model: DiscreteSensor, f: FloatArray, gap: Gap, pressure: FloatArr
     """
     condensed = elements.condense(model.elements, f, pressure)
     system = contact.contact_system(model.surface, gap, touching, model.design.friction_coefficient)
-    factor = model.band.factorise(condensed.stiffness, system.stiffness, symmetric=model.frictionless)
-    right = np.stack(
-        [
-            -model.band.gather(condensed.force, system.residual),
-            -model.band.gather(np.zeros_like(condensed.force), system.depth_load),
-        ],
-        axis=1,
-    )
+    residual = model.band.gather(condensed.force, system.residual)
+    beside = None
+    if model.base_rubs:
+        held = sliding.base_system(model.base, condensed, u, below, model.design.base_friction_coefficient)
+        residual, beside = residual + model.band.unknowns(held.residual), held.stiffness
+    factor = model.band.factorise(condensed.stiffness, system.stiffness, symmetric=model.frictionless, beside=beside)
+    right = np.stack([-residual, -model.band.gather(np.zeros_like(condensed.force), system.depth_load)], axis=1)
     solution = factor.solve(right)
     if not np.all(np.isfinite(solution)):
         raise LinAlgError("singular tangent")
@@ -187,8 +200,8 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
     The equilibrium, or why none was found.
     """
     parts, surface, profile = model.elements, model.surface, model.design.profile
-    friction = model.design.friction_coefficient
-    u, pressure, touching = guess.u, guess.pressure, guess.contact
+    friction, base_friction = model.design.friction_coefficient, model.design.base_friction_coefficient
+    u, pressure, touching, below = guess.u, guess.pressure, guess.contact, guess.sliding
     gap = contact.gap(surface, profile, u, depth)
     touching = _entering(touching, touching.active | (gap.control_gap < 0), gap, guess.contact)
     f = elements.deformation(parts, u)
@@ -199,7 +212,7 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
     sizes: list[float] = []
     for iteration in range(1, _MAX_NEWTON + 1):
         try:
-            at = linearise(model, f, gap, pressure, touching)
+            at = linearise(model, u, f, gap, pressure, touching, below)
         except LinAlgError:
             return Failure(depth, "the tangent is singular")
         du = model.band.spread(at.step)
@@ -214,6 +227,8 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
                 return Failure(depth, "an element would be inverted, or a chain stretched beyond its limit")
         stepped = contact.stepped(gap, touching, friction, contact.moved_by(surface, du))
         pressure = pressure + factor * elements.pressure_step(parts, at.condensed, du)
+        if model.base_rubs:
+            below = sliding.stepped(model.base, at.condensed, u, factor * du, below, base_friction)
         u, f = u + factor * du, f_new
         gap = contact.gap(surface, profile, u, depth)
         touching = replace(
@@ -224,6 +239,10 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
         slack = 1.0 if iteration > _STRICT_CONTACT else 0.0
         updated = _resort(touching, guess.contact, gap, friction, slack, depth)
         settled = np.array_equal(updated.active, touching.active) and np.array_equal(updated.slip, touching.slip)
+        if model.base_rubs:
+            sorted_anew = sliding.resorted(model.base, u, below, base_friction, 1e-3 * slack)
+            settled = settled and sliding.settled(below, sorted_anew, base_friction)
+            below = sorted_anew
         before = sizes[-1] if sizes else 0.0
         size = float(np.max(np.abs(du))) / scale
         sizes.append(size)
@@ -232,9 +251,9 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
         # With the quadratic rate |du_next| = c |du|^2, c from the last two steps and not below 1.
         rate = max(1.0, size / before**2 if 0 < before < 1e-2 else np.inf)
         if settled and factor == 1.0 and (size < 3e-7 or rate * size**2 < _STEP_TOLERANCE):
-            return _finish(model, State(depth, u, pressure, updated), gap, at, sizes)
+            return _finish(model, State(depth, u, pressure, updated, below), gap, at, sizes)
         if not settled and iteration > 12:
-            mark = updated.active.tobytes() + updated.slip.tobytes()
+            mark = updated.active.tobytes() + updated.slip.tobytes() + below.sticks.tobytes() + below.slip.tobytes()
             if seen.count(mark) >= 3:
                 return Failure(depth, "contact keeps cycling between two sets of points")
             seen.append(mark)
@@ -294,6 +313,7 @@ def _finish(model: DiscreteSensor, state: State, gap: Gap, at: Linearised, sizes
     return replace(
         state,
         contact=touching,
+        sliding=sliding.carried_on(model.base, state.u, state.sliding),
         force=contact.indenter_force(surface, gap, touching),
         stiffness=-float(np.sum(up)),
         contact_radius=contact.contact_radius(surface, gap, touching.pressure),

@@ -104,7 +104,7 @@ def derivatives(solution: Solution, families: dict[str, DesignPath]) -> Sensitiv
     ValueError
         If the solution has friction.
     """
-    if solution.design.friction_coefficient > 0:
+    if not solution.design.frictionless:
         raise ValueError("with friction a state depends on the whole path; there are no derivatives at fixed depth")
     force: dict[str, list[float]] = {name: [] for name in (*families, "indentation")}
     capacitance: dict[str, list[float]] = {name: [] for name in (*families, "indentation")}
@@ -179,7 +179,7 @@ class _Equilibrium:
         self.solution, model = solution, solution.model
         parts = model.elements
         gap = contacts.gap(model.surface, model.design.profile, state.u, state.depth)
-        at = linearise(model, deformation(parts, state.u), gap, state.pressure, state.contact)
+        at = linearise(model, state.u, deformation(parts, state.u), gap, state.pressure, state.contact, state.sliding)
         du = model.band.spread(at.step)
         displacement_step(parts, at.condensed, du)
         self.state = replace(

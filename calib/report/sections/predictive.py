@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.checks import Prediction
+from calib.problem import channel_of_block
 from calib.report.figures.predictive import change_figure, channel_figure
 from calib.report.pictures import Picture, Plot
 from calib.report.section import CHANGE, Results, Section
@@ -66,7 +67,7 @@ def _left_out_in_words(results: Results, p: Prediction, kind: str) -> str:
     """Say how far the parts of a channel are off what all other data foretell; "" where that is not known."""
     posterior = results.posterior
     of_blocks = zip(posterior.blocks, posterior.diagnostics.block_z, strict=False)
-    z = np.array([z for name, z in of_blocks if name.rpartition(" ")[0] == f"{p.title}, {kind}"])
+    z = np.array([z for name, z in of_blocks if channel_of_block(name) == f"{p.title}, {kind}"])
     known = np.abs(z[np.isfinite(z)])
     if not known.size:
         return ""

@@ -209,6 +209,34 @@ def test_a_base_alone_asks_for_no_stack_of_layers(tmp_path: Path) -> None:
     assert (design.base, design.indenter.friction_coefficient) == ("slippery", 0.3)
 
 
+@pytest.mark.parametrize(("written", "friction"), [("0.4", 0.4), ('"stick"', np.inf)])
+@pytest.mark.parametrize("text", ["design", "layers"])
+def test_a_base_may_rub(tmp_path: Path, text: str, written: str, friction: float) -> None:
+    top = f'base = "slippery"\nbase_friction_coefficient = {written}\n'
+    design = layered_design(tmp_path, top + {"design": DESIGN + 'law = "neo-hookean"\n', "layers": LAYERS}[text])
+    assert (design.base, design.base_friction_coefficient) == ("slippery", friction)
+
+
+@pytest.mark.parametrize(
+    ("top", "place", "parts"),
+    [
+        ("base_friction_coefficient = 0.4\n", "1:1", ["is that of a slippery base, got 0.4", 'with base = "bonded"']),
+        (
+            'base = "slippery"\nbase_friction_coefficient = -1\n',
+            "2:1",
+            ["base_friction_coefficient must be a plain number", "got -1"],
+        ),
+    ],
+)
+def test_friction_of_a_base_that_cannot_be_is_refused_where_it_stands(
+    tmp_path: Path, top: str, place: str, parts: list[str]
+) -> None:
+    with pytest.raises(InputError) as error:
+        read_design(write(tmp_path, top + DESIGN))
+    assert f"design.toml:{place}: " in str(error.value)
+    assert all(part in str(error.value) for part in parts)
+
+
 @pytest.mark.parametrize(
     ("written", "profile"),
     [

@@ -499,6 +499,8 @@ def test_a_file_that_is_not_there_or_is_a_folder_is_refused(folder: Path) -> Non
     write(folder, GOOD)
     with pytest.raises(InputError, match=r"file not found: .*TOML files in that folder: experiment.toml"):
         read_experiment(folder / "experimnt.toml")
+    with pytest.raises(InputError, match=r"file not found: .*Nearest to that name is experiment.toml"):
+        read_experiment(folder / "experiment.tml")
     with pytest.raises(InputError, match="file not found"):
         read_experiment(folder / "nowhere" / "experiment.toml")
     with pytest.raises(InputError, match="cannot be read"):
