@@ -49,7 +49,17 @@ class BaseNodes:
 
 
 def make_base(mesh: Mesh, border_dofs: IntArray) -> BaseNodes:
-    """Pick the nodes of the lowest row, and the elements above them."""
+    """Pick the nodes of the lowest row, and the elements above them.
+
+    Parameters
+    ----------
+    mesh : the grid.
+    border_dofs : (n_element, 16), displacement components on the border of each element.
+
+    Returns
+    -------
+    The nodes on the base.
+    """
     nr, nz = mesh.shape
     r = 2 * np.arange(mesh.r.size) * mesh.n_row
     elements = np.arange(nr) * nz
@@ -185,6 +195,17 @@ def settled(before: Sliding, after: Sliding, coefficient: float) -> bool:
 
 
 def carried_on(base: BaseNodes, u: FloatArray, sliding: Sliding) -> Sliding:
-    """An equilibrium's nodes as the next step begins with them: one that slips is anchored where its friction would hold it."""
+    """Nodes as the next step begins with them: one that slips is anchored where its friction would hold it.
+
+    Parameters
+    ----------
+    base : the nodes.
+    u : (n_dof,), displacements of an equilibrium.
+    sliding : the nodes there.
+
+    Returns
+    -------
+    The same nodes with their anchors.
+    """
     place = u[base.r_dofs]
     return replace(sliding, anchor=np.where(sliding.sticks, sliding.anchor, place + sliding.friction / STICK_STIFFNESS))

@@ -23,6 +23,7 @@ import numpy as np
 
 from calib.catalogue import QUANTITIES, SCALES
 from calib.checks.departures import problem_under, values_near
+from calib.checks.plausible.base_friction import base_friction
 from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
 from calib.checks.plausible.outlook import Outlook, outlook_of
 from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
@@ -115,7 +116,8 @@ def plausibility(problem: Problem) -> Plausibility:
     seconds = time.process_time() - began
     if look is None:
         repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward) if unlikely else []
-        return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
+        reasons = (*_of_ranges(problem, ranges, repairs), *files, *base_friction(problem, None, None))
+        return Plausibility(verdict_of(reasons).reasons, ranges, None, None)
     conflicts = conflicts_in(look)
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
     # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question up to `DECISIVE`.
@@ -126,8 +128,11 @@ def plausibility(problem: Problem) -> Plausibility:
     try:
         first = answer_of(look)
     except ValueError:
+        verdict = verdict_of((*verdict.reasons, *base_friction(problem, look, None)))
         return Plausibility(verdict.reasons, ranges, None, None, seconds)
     verdict = verdict_of((*verdict.reasons, *unmodelled(problem, first)))
+    if verdict.colour != "red":
+        verdict = verdict_of((*verdict.reasons, *base_friction(problem, look, first)))
     return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
 
 

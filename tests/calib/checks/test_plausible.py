@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
+from calib.checks.plausible.base_friction import COEFFICIENT, Rubbing
 from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
 from calib.checks.plausible.slips import slips_of
 from calib.errors import Fault
@@ -24,6 +25,9 @@ from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import first_answer
 from models.analytic import ClosedForm
+from models.fem import FiniteElements
+from models.layers import layered
+from models.response import Forward
 from models.sensor import design_from
 from models.surrogate import FAMILIES, load_surrogate
 
@@ -473,16 +477,23 @@ def test_draws_none_of_which_is_covered_are_no_crash() -> None:
     assert np.all(np.isneginf(log_likelihood(problem, soft)))
 
 
-def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -> None:
-    forward = load_surrogate(family=FAMILIES["slippery"])
-    values = {**TRUTH, "young_modulus": 1.1e6, "padding_thickness": 1.1e-3, "indenter_radius": 5e-3}
+SLIPPERY = design_from({**TRUTH, "young_modulus": 1.1e6, "padding_thickness": 1.1e-3, "indenter_radius": 5e-3}, base="slippery")
+
+
+def _on_slippery_base(forward: Forward) -> tuple[Experiment, Sweep]:
+    """A lab that takes its base for bonded, and its sweep, of a model on a slippery one."""
     rig, rng = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12), np.random.default_rng(0)
-    slips = synthetic_sweep(forward, design_from(values, base="slippery"), 0.6e-3, rig, rng, specimen="sensor 1")
+    slips = synthetic_sweep(forward, SLIPPERY, 0.6e-3, rig, rng, specimen="sensor 1")
     thick = {"sensor_thickness": Normal(0.75e-3, 0.02e-3), "padding_thickness": Normal(1.1e-3, 0.02e-3)}
     lab = _lab()
     (specimen,) = lab.experiment.specimens
     own = replace(specimen, priors={**thick, "dielectric_thickness": Normal(0.16e-3, 0.006e-3)})
-    experiment = replace(lab.experiment, specimens=(own,), model="surrogate")
+    return replace(lab.experiment, specimens=(own,), model="surrogate"), slips
+
+
+def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -> None:
+    forward = load_surrogate(family=FAMILIES["slippery"])
+    experiment, slips = _on_slippery_base(forward)
     found = plausibility(build_problem(experiment, [slips], load_surrogate()))
     assert found.verdict.colour == "red"
     (said,) = (reason for reason in found.reasons if reason.gate == "model")
@@ -492,4 +503,23 @@ def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -
     assert float(modulus[1]) == pytest.approx(1.1, rel=0.1)
     assert not any("ball" in reason.gate for reason in found.reasons if reason.level == "red")
     right = plausibility(build_problem(replace(experiment, base="slippery"), [slips], forward))
-    assert right.verdict.colour == "green"
+    assert [reason.gate for reason in right.reasons] == ["base"]
+    slow = plausibility(build_problem(replace(experiment, base="slippery", model="fem"), [slips], forward))
+    assert [reason.finding.endswith("cannot be told") for reason in slow.reasons] == [True]
+
+
+def test_friction_on_a_slippery_base_is_said_to_do_what_it_does() -> None:
+    forward = load_surrogate(family=FAMILIES["slippery"])
+    stack, depth = layered(SLIPPERY), 0.63e-3 * np.linspace(0, 1, 25)[1:] ** 2
+    free, rubs = (FiniteElements(1e-3).respond(replace(stack, base_friction_coefficient=f), depth) for f in (0.0, COEFFICIENT))
+    true = Rubbing(forward, depth, rubs.force / free.force, rubs.capacitance_change / free.capacitance_change)
+    labs = [_on_slippery_base(model) for model in (forward, true)]
+    sound, off = (build_problem(replace(e, base="slippery"), [sweep], forward) for e, sweep in labs)
+    (said,) = (reason for reason in plausibility(sound).reasons if reason.gate == "base")
+    numbers = re.search(r"makes Young's modulus of the sensor ([\d.]+) % too large \(([\d.]+) of", said.finding)
+    assert numbers is not None
+    right, wrong = (first_answer(problem).parameters["young_modulus"] for problem in (sound, off))
+    assert wrong.mean / right.mean - 1 == pytest.approx(float(numbers[1]) / 100, rel=0.3)
+    assert (wrong.mean - right.mean) / right.sd == pytest.approx(float(numbers[2]), rel=0.3)
+    bonded = plausibility(build_problem(labs[0][0], [labs[0][1]], load_surrogate()))
+    assert "base" not in {reason.gate for reason in bonded.reasons}
