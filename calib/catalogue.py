@@ -329,6 +329,17 @@ _ROWS: tuple[Unknown, ...] = (
         derived='friction_coefficient in [indenter], 0 or "stick"',
     ),
     Unknown(
+        PARAMETERS["base_friction_coefficient"],
+        "rig",
+        "not negative",
+        default="",
+        reason="",
+        example="{ uniform = [0, 1.5] }",
+        exists=_named,
+        when='the experiment names it among the priors, with base = "slippery"',
+        derived="0",
+    ),
+    Unknown(
         PARAMETERS["sensor_radius"],
         "rig",
         "positive",

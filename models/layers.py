@@ -285,6 +285,7 @@ def layered(design: Design) -> LayeredDesign:
         dielectrics=(Dielectric(middle - t_d, middle, eps), Dielectric(middle, middle + t_d, eps)),
         friction_coefficient=p["friction_coefficient"],
         base=design.base,
+        base_friction_coefficient=p["base_friction_coefficient"],
     )
 
 

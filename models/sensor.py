@@ -15,7 +15,7 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 #: One number, or one number per draw with shape (n_draw,).
 Scalar = float | FloatArray
-#: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
+#: What the stack rests on: glued to a rigid base, or free to slide on it (but not to lift off), without friction or with it.
 Base = Literal["bonded", "slippery"]
 
 #: Poisson's ratio of a material that keeps its volume: what silicone is taken for, and the largest there is.
@@ -57,6 +57,7 @@ PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("electrode_radius", "a_e", "m", "mm", 1e3, "electrode radius"),
     Parameter("indenter_radius", "R", "m", "mm", 1e3, "ball radius"),
     Parameter("friction_coefficient", "f", "", "", 1.0, "friction between ball and sensor"),
+    Parameter("base_friction_coefficient", "f_b", "", "", 1.0, "friction between padding and base"),
 )
 
 
@@ -70,6 +71,12 @@ def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -
         worst = float(np.atleast_1d(values)[np.atleast_1d(bad)][0])
         rule = "must not be negative" if zero_allowed else "must be positive"
         raise ValueError(f"{name} {rule}, got {worst * scale:.6g} {unit}".rstrip())
+
+
+def _require_friction(name: str, value: Scalar) -> None:
+    friction = np.atleast_1d(np.asarray(value, dtype=float))
+    if not np.all(friction >= 0):
+        raise ValueError(f"{name} must not be negative, got {friction[~(friction >= 0)][0]:g}")
 
 
 def require_poisson_ratio(name: str, value: Scalar) -> None:
@@ -108,9 +115,7 @@ class Indenter:
 
     def __post_init__(self) -> None:
         _require_positive("indenter_radius", self.radius)
-        friction = np.atleast_1d(np.asarray(self.friction_coefficient, dtype=float))
-        if not np.all(friction >= 0):
-            raise ValueError(f"friction_coefficient must not be negative, got {friction[~(friction >= 0)][0]:g}")
+        _require_friction("friction_coefficient", self.friction_coefficient)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,17 +171,20 @@ class Padding:
 
     `young_modulus` is None for the same silicone as the sensor; `Design.padding_young_modulus` says what that is.
     `poisson_ratio` [1] from 0 to 0.5 is that of a foam, a compressible neo-Hookean solid; None, as 0.5, is as incompressible
-    as the sensor.
+    as the sensor. `base_friction_coefficient` [1] is Coulomb's on a base that is slippery otherwise, inf for full stick;
+    without padding it is the sensor's.
 
     Raises
     ------
     ValueError
-        If the thickness is negative, the modulus is not positive, or Poisson's ratio is not between 0 and 0.5.
+        If the thickness or the friction coefficient is negative, the modulus is not positive, or Poisson's ratio is not between
+        0 and 0.5.
     """
 
     thickness: Scalar
     young_modulus: Scalar | None = None
     poisson_ratio: Scalar | None = None
+    base_friction_coefficient: Scalar = 0.0
 
     def __post_init__(self) -> None:
         _require_positive("padding_thickness", self.thickness, zero_allowed=True)
@@ -184,6 +192,7 @@ class Padding:
             _require_positive("padding_young_modulus", self.young_modulus)
         if self.poisson_ratio is not None:
             require_poisson_ratio("padding_poisson_ratio", self.poisson_ratio)
+        _require_friction("base_friction_coefficient", self.base_friction_coefficient)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +206,8 @@ class Design:
     Raises
     ------
     ValueError
-        If a padding that is compressible stiffens: its law is neo-Hookean. If the base is none of `Base`.
+        If a padding that is compressible stiffens: its law is neo-Hookean. If the base is none of `Base`, or has friction and
+        is not slippery.
     """
 
     indenter: Indenter
@@ -208,6 +218,11 @@ class Design:
     def __post_init__(self) -> None:
         if self.base not in get_args(Base):
             raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
+        rubs = np.atleast_1d(np.asarray(self.padding.base_friction_coefficient, dtype=float))
+        if self.base != "slippery" and np.any(rubs > 0):
+            raise ValueError(
+                f"base_friction_coefficient is that of a slippery base, got {np.max(rubs):g} on one that is {self.base}"
+            )
         both = self.padding_is_compressible & (np.asarray(self.sensor.stiffening) > 0)
         if np.any(both):
             ratio = np.broadcast_to(np.asarray(self.padding_poisson_ratio, dtype=float), both.shape)
@@ -278,6 +293,7 @@ class Design:
             "padding_poisson_ratio": self.padding_poisson_ratio,
             "stiffening": self.sensor.stiffening,
             "friction_coefficient": self.indenter.friction_coefficient,
+            "base_friction_coefficient": self.padding.base_friction_coefficient,
         }
 
     def given(self) -> dict[str, Scalar]:
@@ -324,7 +340,7 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: Scalar = 
     ----------
     values : parameter name (see `PARAMETERS`) -> value [SI], each a number or of shape (n_draw,). `electrode_radius`,
         `dielectric_thickness` and `padding_young_modulus` may be left out and then follow from the others (see `Design`);
-        `padding_poisson_ratio` is 0.5 and `stiffening` 0 by default.
+        `padding_poisson_ratio` is 0.5, `stiffening` and `base_friction_coefficient` 0 by default.
     friction_coefficient : [1], of ball on sensor, inf for full stick, if `values` do not say it.
     base : what the stack rests on.
 
@@ -350,6 +366,11 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: Scalar = 
             dielectric_thickness=values.get("dielectric_thickness"),
             stiffening=values.get("stiffening", 0.0),
         ),
-        Padding(values["padding_thickness"], values.get("padding_young_modulus"), values.get("padding_poisson_ratio")),
+        Padding(
+            values["padding_thickness"],
+            values.get("padding_young_modulus"),
+            values.get("padding_poisson_ratio"),
+            values.get("base_friction_coefficient", 0.0),
+        ),
         base,
     )

@@ -35,6 +35,7 @@ class FamilyName(StrEnum):
     slippery = "slippery"
     friction = "friction"
     slippery_friction = "slippery-friction"
+    rubbing_base = "rubbing-base"
     foam = "foam"
 
 

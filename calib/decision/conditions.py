@@ -66,7 +66,8 @@ def _choices(e: Experiment) -> tuple[str, str, str]:
     base = (
         "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves"
         if e.base == "bonded"
-        else "padding that slides on the rigid base: on a bonded one the sensor is stiffer and the optimum moves"
+        else f"padding that slides on the rigid base, {'with' if e.base_rubs else 'without'} friction: on a bonded one the "
+        "sensor is stiffer and the optimum moves"
     )
     contact = "sticking to the sensor" if e.stick else "pressed with friction" if e.rubs else "pressed without friction"
     padding = (

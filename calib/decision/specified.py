@@ -288,7 +288,8 @@ def _inputs(best: Tried, parts: Sequence[ModelDraws], z: Coordinates, errors: Er
         "sensor_thickness": "sensor thickness",
         "dielectric_thickness": "dielectric thickness",
         "electrode_radius": "electrode radius",
-        "friction_coefficient": "friction",
+        "friction_coefficient": "friction of the ball",
+        "base_friction_coefficient": "friction of the base",
     }
     inputs: dict[str, FloatArray] = {}
     for name, label in names.items():

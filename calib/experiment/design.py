@@ -127,8 +127,7 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
 
     Returns
     -------
-    A `Design` if that says it all (a sphere on sensor and padding of one law, neo-Hookean or Gent's, on a base that does not
-    rub), else a `LayeredDesign`.
+    A `Design` if that says it all (a sphere on sensor and padding of one law, neo-Hookean or Gent's), else a `LayeredDesign`.
 
     Raises
     ------
@@ -174,11 +173,13 @@ def read_design(path: Path | str) -> Design | LayeredDesign:
         Padding(
             **{key: values["padding", key] for key in TABLES["padding"] if ("padding", key) in values},
             poisson_ratio=poisson_ratio,
+            base_friction_coefficient=on_base,
         ),
+        base,
     )
     stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
-    if shape == "sphere" and stiffening is not None and on_base == 0:
-        return replace(design, sensor=replace(design.sensor, stiffening=stiffening), base=base)
+    if shape == "sphere" and stiffening is not None:
+        return replace(design, sensor=replace(design.sensor, stiffening=stiffening))
     plain = layered(design)
     by_name = {"sensor": laws["sensor"], "padding": laws["padding"]}
     return _checked(

@@ -191,6 +191,9 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         priors["friction_coefficient"] = friction
     discrepancy = choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), DISCREPANCIES)
     base = choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base))
+    if "base_friction_coefficient" in priors and base != "slippery":
+        message = f'base_friction_coefficient has no meaning with base = "{base}", on which nothing slides'
+        toml.fault(("priors", "base_friction_coefficient"), message, 'Write base = "slippery" or leave the prior out')
     if "stiffening" in priors and law != "gent":
         toml.fault(
             ("priors", "stiffening"),
@@ -292,6 +295,7 @@ def _contact(toml: Toml) -> tuple[bool, Fixed | None]:
 def _check_model(toml: Toml, e: Experiment) -> None:
     """Note a fault for a combination of base, law, friction and padding that the chosen forward model does not have."""
     others = {
+        ("priors", "base_friction_coefficient"): e.base_rubs,
         ("base",): e.base != "bonded",
         ("indenter", "friction_coefficient") if e.stick else ("priors", "friction_coefficient"): e.stick or e.rubs,
         ("padding", "material"): e.padding_material == "foam",
@@ -303,7 +307,7 @@ def _check_model(toml: Toml, e: Experiment) -> None:
     elif e.model == "closed form" and place != ("model",):
         message = "the closed form knows neo-Hookean layers that keep their volume, a bonded base and a ball without friction"
         toml.fault(place, message, 'Write model = "surrogate"')
-    elif e.model == "surrogate" and e.family is None and not (e.stick and e.rubs):
+    elif e.model == "surrogate" and e.family is None and not (e.stick and e.rubs) and (e.base == "slippery" or not e.base_rubs):
         advice = 'Leave one of these choices out, or write model = "fem" and have patience. '
         message = f"there is no surrogate for all of this together: {model_in_words(e)}"
         toml.fault(place, message, f"{advice}There are surrogates of {shipped_in_words()}")

@@ -140,6 +140,7 @@ class Experiment:
             "stiffening": self.law == "gent",
             "friction_coefficient": self.rubs or self.stick,
             "padding_poisson_ratio": self.padding_material == "foam",
+            "base_friction_coefficient": self.base_rubs,
         }
         return family_of({name for name, there in has.items() if there}, base=self.base)
 
@@ -147,6 +148,11 @@ class Experiment:
     def rubs(self) -> bool:
         """Whether the ball slides on the sensor with a friction that is given, or an unknown."""
         return "friction_coefficient" in self.priors
+
+    @property
+    def base_rubs(self) -> bool:
+        """Whether the padding slides on its base with a friction that is given, or an unknown."""
+        return "base_friction_coefficient" in self.priors
 
     @property
     def friction_coefficient(self) -> float:

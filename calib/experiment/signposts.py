@@ -34,17 +34,10 @@ _PLACES: Mapping[str, str] = {
 
 _GIVE = "Give {} = {} in [specimens.priors] of each specimen"
 
-_ON_BASE = "base_friction_coefficient"
-
 # Keys that are right elsewhere or under another name, by table.
 _HINTS: Mapping[tuple[str, str], str] = {
     ("[indenter]", "diameter"): "Give the radius",
     ("[sensor]", "diameter"): "Give the radius",
-    **dict.fromkeys(
-        ((table, _ON_BASE) for table in ("[]", "[indenter]", "[padding]", "[priors]")),
-        'A calibration takes the base for glued or for slippery without friction: write base = "bonded" or base = "slippery"; '
-        "what friction there does, calib simulate --model fem computes",
-    ),
     ("[sensor]", "thickness"): _GIVE.format("sensor_thickness", UNKNOWNS["sensor_thickness"].example),
     ("[padding]", "thickness"): _GIVE.format("padding_thickness", UNKNOWNS["padding_thickness"].example),
     ("[padding]", "young_modulus"): 'Write material = "own" and give padding_young_modulus in [priors]',

@@ -26,6 +26,7 @@ _DISCREPANCY: Mapping[Any, tuple[str, str]] = {
     "on": ("discrepancy-on", ""),
     "off": ("discrepancy-off", "no discrepancy"),
 }
+_BASE_FRICTION = "base_friction_coefficient"
 # Of steel on silicone, dry or oiled, as the prior of a variant that rubs: with less, the frictionless one does, which would be
 # a part of it, so that data of a ball that slides could never rule it out.
 _FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0.05, 0.6]}
@@ -64,8 +65,9 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are foams, which
     one sees. The discrepancy is not among the choices, see `possible_candidates`.
     """
+    glued = {name: prior for name, prior in experiment.priors.items() if name != _BASE_FRICTION}
     others = [
-        Variant(name, {choice: value})
+        Variant(name, {choice: value} | ({"priors": glued} if value == "bonded" and experiment.base_rubs else {}))
         for choice, names in _CHOICES.items()
         for value, (name, _) in names.items()
         if value not in (getattr(experiment, choice), "foam")
@@ -113,6 +115,8 @@ def model_in_words(experiment: Experiment) -> str:
     words = {choice: names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items()}
     if experiment.rubs:
         words["stick"] = "with friction"
+    if experiment.base_rubs:
+        words["base"] = "slippery base with friction"
     words["discrepancy"] = _DISCREPANCY[experiment.discrepancy][1]
     return ", ".join(filter(None, words.values()))
 
@@ -128,4 +132,4 @@ def beyond_simplest(experiment: Experiment) -> tuple[str, ...]:
         for choice, names in _CHOICES.items()
         if getattr(experiment, choice) not in (simplest[choice], "foam")
     ]
-    return (*found, *(["friction"] if experiment.rubs else []))
+    return (*found, *(["friction"] if experiment.rubs else []), *(["friction on the base"] if experiment.base_rubs else []))

@@ -41,6 +41,7 @@ from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present, shared_
 from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from calib.problem.values import Calibrated, design_columns, design_values, designed, lookup
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
+from models.layers import LARGEST_BASE_FRICTION
 from models.response import Asked, Column, Curves, Forward, Response
 from models.sensor import INCOMPRESSIBLE, BoolArray, Design, FloatArray
 
@@ -383,6 +384,8 @@ def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     slack = 1 + 1e-9
     if "padding_poisson_ratio" in design:
         good &= design["padding_poisson_ratio"] <= INCOMPRESSIBLE
+    if "base_friction_coefficient" in design:
+        good &= design["base_friction_coefficient"] <= LARGEST_BASE_FRICTION
     if "dielectric_thickness" in design:
         good &= design["dielectric_thickness"] <= design["sensor_thickness"] / 2 * slack
     if "electrode_radius" in design:

@@ -152,7 +152,7 @@ def design_columns(known: Calibrated, values: Mapping[str, FloatArray], sweep: S
     needed += ["padding_poisson_ratio"] if experiment.padding_material == "foam" else []
     needed += ["stiffening"] if experiment.law == "gent" else []
     optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness"]
-    optional += ["sensor_radius", "indenter_radius", "friction_coefficient"]
+    optional += ["sensor_radius", "indenter_radius", "friction_coefficient", "base_friction_coefficient"]
     found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in needed + optional}
     for p in needed:
         if found[p] is None:

@@ -19,7 +19,7 @@ from calib.sampling.scoring import inverse_root, score, slopes_at, tempered
 from models.sensor import FloatArray, IntArray
 
 # Unknowns that the means and the widths of all others depend on by more than a straight line.
-_LEADING = SCALES | {"stiffening", "friction_coefficient", "padding_poisson_ratio"}
+_LEADING = SCALES | {"stiffening", "friction_coefficient", "base_friction_coefficient", "padding_poisson_ratio"}
 
 # How near to where the readings show it a contact or load zero is drawn, in the priors' standard deviations.
 _NEAR_SEEN = 0.02

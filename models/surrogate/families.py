@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from models.sensor import Base, BoolArray, Design
-from models.surrogate.groups import FRICTION, GROUPS, POISSON_RATIO, STIFFENING, Group, Values
+from models.surrogate.groups import BASE_FRICTION, FRICTION, GROUPS, POISSON_RATIO, STIFFENING, Group, Values
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,14 @@ FAMILIES = MappingProxyType(
                 own=(FRICTION,),
                 adds_to="slippery",
                 fade=_FRICTION_FADE,
+            ),
+            Family(
+                "rubbing-base",
+                "neo-Hookean sensor on padding, slippery base with Coulomb friction up to 2, frictionless sphere",
+                Recipe(6144, _AVERAGED, 20_000, members=3),
+                base="slippery",
+                own=(BASE_FRICTION,),
+                adds_to="slippery",
             ),
             Family(
                 "foam",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,16 +53,20 @@ def _same(values: Values) -> Values:
 FRICTION_SCALE = 0.4
 
 
-def _from_friction(values: Values) -> Values:
+def _saturating(values: Values, scale: float) -> Values:
     # Beyond fifty scales it is 1 to the last digit, and infinity has no complex step.
-    most = 50 * FRICTION_SCALE
-    return np.asarray(np.tanh(np.where(np.real(values) < most, values, most) / FRICTION_SCALE))
+    most = 50 * scale
+    return np.asarray(np.tanh(np.where(np.real(values) < most, values, most) / scale))
 
 
-def _to_friction(coordinate: Values) -> Values:
+def _saturated(coordinate: Values, scale: float) -> Values:
     with np.errstate(divide="ignore"):
-        return np.asarray(FRICTION_SCALE * np.arctanh(coordinate))
+        return np.asarray(scale * np.arctanh(coordinate))
 
+
+#: Friction on the base at which the paper's sensor is about three quarters of the way from a slippery base to a bonded one.
+BASE_FRICTION_SCALE = 1.2
+_MOST_BASE_FRICTION = 2.0
 
 #: What a padding lacks to incompressible, 1 - 2 nu, at which it is about half way from incompressible to a ratio of 0.
 _COMPRESSIBLE = 0.2
@@ -83,8 +88,8 @@ STIFFENING = Group("stiffening", "1/J_m", _same, _same, 0.1, np.inf, 0.0, "neo-H
 FRICTION = Group(
     "friction_coefficient",
     f"tanh(f/{FRICTION_SCALE:g})",
-    _from_friction,
-    _to_friction,
+    partial(_saturating, scale=FRICTION_SCALE),
+    partial(_saturated, scale=FRICTION_SCALE),
     1.0,
     1.0,
     0.0,
@@ -103,5 +108,17 @@ POISSON_RATIO = Group(
     "incompressible padding",
     0.1,
 )
+#: Coulomb's friction f_b of the padding on its base, from none to 2, beyond which it hardly slides.
+BASE_FRICTION = Group(
+    "base_friction_coefficient",
+    f"tanh(f_b/{BASE_FRICTION_SCALE:g})",
+    partial(_saturating, scale=BASE_FRICTION_SCALE),
+    partial(_saturated, scale=BASE_FRICTION_SCALE),
+    float(np.tanh(_MOST_BASE_FRICTION / BASE_FRICTION_SCALE)),
+    1.0,
+    0.0,
+    "a base without friction",
+    BASE_FRICTION_SCALE,
+)
 #: All there are.
-GROUPS = (STIFFENING, FRICTION, POISSON_RATIO)
+GROUPS = (STIFFENING, FRICTION, POISSON_RATIO, BASE_FRICTION)

@@ -19,7 +19,7 @@ from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
 from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, OWN, PATH, group_names
 from models.surrogate.families import NEO_HOOKEAN, Family
-from models.surrogate.groups import FRICTION
+from models.surrogate.groups import BASE_FRICTION, FRICTION
 from models.surrogate.store import RunStore
 
 
@@ -205,7 +205,7 @@ def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, o
         "ends": [DEPTH, COMPRESSION],
         "dielectric": DIELECTRIC_POINTS.tolist(),
         "electrode": ELECTRODE_POINTS.tolist(),
-        **({"friction step": _FRICTION_STEP} if FRICTION in family.own else {}),
+        **({"friction step": _FRICTION_STEP} if {FRICTION, BASE_FRICTION} & {*family.own} else {}),
     }
 
 

@@ -98,7 +98,7 @@ def test_what_follows_still_follows_in_a_batch_and_in_its_draws() -> None:
 def test_a_design_is_made_again_from_what_was_given() -> None:
     for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}, FOAM):
         design = design_from(given)
-        assert design.given() == given | {"stiffening": 0.0, "friction_coefficient": 0.0}
+        assert design.given() == given | {"stiffening": 0.0, "friction_coefficient": 0.0, "base_friction_coefficient": 0.0}
         assert design_from(design.given()).parameters() == design.parameters()
 
 
@@ -124,3 +124,13 @@ def test_a_missing_number_is_no_number() -> None:
 def test_no_padding_is_a_design() -> None:
     design = Design(Indenter(5e-3), Sensor(1e-3, 10e-3, 1e6, 2.8), Padding(0.0))
     assert design.total_thickness == 1e-3
+
+
+def test_friction_on_the_base_is_that_of_a_slippery_one() -> None:
+    friction = np.array([0.0, 0.3, np.inf])
+    batch = design_from(PAPER_SENSOR | {"base_friction_coefficient": friction}, base="slippery")
+    assert [batch.draw(k).padding.base_friction_coefficient for k in range(3)] == friction.tolist()
+    with pytest.raises(ValueError, match=r"base_friction_coefficient must not be negative, got -0\.1"):
+        design_from(PAPER_SENSOR | {"base_friction_coefficient": -0.1}, base="slippery")
+    with pytest.raises(ValueError, match=r"is that of a slippery base, got 0\.3 on one that is bonded"):
+        design_from(PAPER_SENSOR | {"base_friction_coefficient": 0.3})

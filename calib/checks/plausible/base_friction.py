@@ -95,7 +95,7 @@ def base_friction(problem: Problem, look: Look | None, first: FirstAnswer | None
     -------
     A reason if little friction would move a modulus by more than its standard deviation, or that cannot be told.
     """
-    if problem.experiment.base != "slippery":
+    if problem.experiment.base != "slippery" or problem.experiment.base_rubs:
         return
     slow = problem.experiment.model == "fem"
     after = None if look is None or first is None or slow else _with_friction(look, first)

@@ -37,9 +37,15 @@ _LIMITS_OF_BASES: dict[Base, tuple[str, str]] = {
     "slippery": (
         "The base is taken as slippery",
         "Sensor and padding stick to each other and slide on the rigid finger without friction. This choice outweighs all "
-        "noise: on a bonded base the same curve would mean about half the Young's modulus.",
+        "noise: on a bonded base the same curve would mean about half the Young's modulus, and friction of the finger makes it "
+        "smaller, too, by 5 to 10 % at a coefficient of 0.2.",
     ),
 }
+_RUBBING_BASE = (
+    "One friction of the base for all presses",
+    "Sensor and padding stick to each other and slide on the rigid finger by Coulomb's law, by the same coefficient whatever "
+    "the pressure; they do not lift off.",
+)
 
 #: Instrument of each channel, what its gain error does, and a prior for it as one writes it.
 _GAINS = {
@@ -80,7 +86,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
     unknown = {p.parameter for p in posterior.parameters} | {UnknownName.parse(n).parameter for n in posterior.fixed}
     return [
         *_guesses(e),
-        _LIMITS_OF_BASES[e.base],
+        _RUBBING_BASE if e.base_rubs else _LIMITS_OF_BASES[e.base],
         _contact(e),
         _loading(posterior),
         (

@@ -143,12 +143,14 @@ def test_base_friction_and_padding_say_which_surrogate_is_meant(folder: Path) ->
     foam = 'material = "foam"\n[priors]\npadding_young_modulus = { lognormal = ["0.1 MPa", 2] }'
     rubbing = GOOD.replace("machine_", "friction_coefficient = { uniform = [0, 0.6] }\nmachine_")
     known = GOOD.replace("[sensor]", "friction_coefficient = 0.3\n[sensor]")
+    base_rubs = GOOD.replace("machine_", "base_friction_coefficient = { uniform = [0, 1.5] }\nmachine_")
     for text, family in (
         (GOOD, "neo-hookean"),
         ('base = "slippery"\n' + GOOD, "slippery"),
         (rubbing, "friction"),
         (known, "friction"),
         ('base = "slippery"\n' + rubbing, "slippery-friction"),
+        ('base = "slippery"\n' + base_rubs, "rubbing-base"),
         (re.sub(r'material = "sensor".*\n\[priors\].*', foam, GOOD), "foam"),
     ):
         experiment = read(folder, text)
@@ -156,6 +158,13 @@ def test_base_friction_and_padding_say_which_surrogate_is_meant(folder: Path) ->
         assert experiment.family.name == family
         assert experiment_from_json(experiment_to_json(experiment)) == experiment
     assert read(folder, known).priors["friction_coefficient"] == Fixed(0.3)
+    assert 'no meaning with base = "bonded", on which nothing slides' in only_fault(folder, base_rubs)
+    at_top = 'base_friction_coefficient = 0.3\nbase = "slippery"\n' + GOOD
+    assert "It belongs in [priors], shared by all specimens" in only_fault(folder, at_top)
+    slides = read(folder, 'model = "fem"\nbase = "slippery"\n' + base_rubs)
+    assert model_in_words(slides) == "neo-Hookean, frictionless, slippery base with friction, padding of the same silicone"
+    (glued,) = (variant.of(slides) for variant in variants_of(slides) if variant.name == "bonded")
+    assert (glued.base, glued.base_rubs) == ("bonded", False)
     for twice in ("0.3", '"stick"'):
         assert "given twice" in only_fault(folder, rubbing.replace("[sensor]", f"friction_coefficient = {twice}\n[sensor]"))
     both = 'base = "slippery"\n' + GOOD.replace("[sensor]", '[sensor]\nlaw = "gent"', 1)

@@ -15,6 +15,7 @@ from models.fem.sensitivity import derivatives
 from models.fem.solution import Solution
 from models.layers import Dielectric, Layer, LayeredDesign, flat_punch, layered
 from models.sensor import design_from
+from models.surrogate import FAMILIES, load_surrogate
 
 PAPER = layered(design_from(PAPER_SENSOR, base="slippery"))
 DEPTH = np.linspace(0, 0.5e-3, 11)[1:]
@@ -91,6 +92,13 @@ def test_it_does_not_depend_on_the_step_and_a_cycle_loses_energy() -> None:
     back = FiniteElements(4e-3).solve(solution.design, np.concatenate([DEPTH, down])).response.force
     up = back[: DEPTH.size]
     np.testing.assert_array_less(back[DEPTH.size :], up[-2::-1])
+
+
+def test_a_design_and_its_layers_have_the_same_friction_on_the_base() -> None:
+    design = design_from(PAPER_SENSOR | {"base_friction_coefficient": 0.3}, base="slippery")
+    found = FiniteElements(4e-3).respond(design, DEPTH)
+    np.testing.assert_array_equal(found.force, pressed(0.3).response.force)
+    assert np.all(load_surrogate(family=FAMILIES["slippery"]).max_depth(design) == 0)
 
 
 def test_friction_on_the_base_is_refused_where_it_cannot_be() -> None:

@@ -181,7 +181,8 @@ def test_gradients_are_the_differences(shipped: Surrogate) -> None:
     depth = np.array([0.0, 0.1e-3, 0.6e-3])
     found = gradients(shipped, design_from(values), depth)
     # Of what all designs of its family have alike it does not know what becomes of it elsewhere.
-    assert [values.pop(name) for name in ("padding_poisson_ratio", "stiffening", "friction_coefficient")] == [0.5, 0, 0]
+    elsewhere = ("padding_poisson_ratio", "stiffening", "friction_coefficient", "base_friction_coefficient")
+    assert [values.pop(name) for name in elsewhere] == [0.5, 0, 0, 0]
     assert set(found.force) == {*values, "indentation"}
     for name, value in (*values.items(), ("indentation", 0.0)):
         h = 1e-2  # the networks are single precision
