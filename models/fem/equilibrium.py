@@ -19,7 +19,8 @@ from models.fem.sliding import BaseNodes, Sliding
 from models.layers import LayeredDesign
 from models.sensor import BoolArray, FloatArray
 
-_MAX_NEWTON = 30
+# Of one on whose base nodes slide, which are sorted one by one if they will not settle.
+_MAX_NEWTON, _MAX_SLIDING, _ONE_BY_ONE = 30, 60, 20
 #: Newton ends when the step to come would be below this share of the depth.
 _STEP_TOLERANCE = 1e-7
 _STRICT_CONTACT = 9
@@ -210,7 +211,8 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
     scale = max(abs(depth), 1e-3)
     seen: list[bytes] = []
     sizes: list[float] = []
-    for iteration in range(1, _MAX_NEWTON + 1):
+    most = _MAX_SLIDING if model.base_rubs else _MAX_NEWTON
+    for iteration in range(1, most + 1):
         try:
             at = linearise(model, u, f, gap, pressure, touching, below)
         except LinAlgError:
@@ -240,7 +242,8 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
         updated = _resort(touching, guess.contact, gap, friction, slack, depth)
         settled = np.array_equal(updated.active, touching.active) and np.array_equal(updated.slip, touching.slip)
         if model.base_rubs:
-            sorted_anew = sliding.resorted(model.base, u, below, base_friction, 1e-3 * slack)
+            one_by_one = iteration > _ONE_BY_ONE
+            sorted_anew = sliding.resorted(model.base, u, below, base_friction, 1e-3 * slack, one_by_one=one_by_one)
             settled = settled and sliding.settled(below, sorted_anew, base_friction)
             below = sorted_anew
         before = sizes[-1] if sizes else 0.0
@@ -252,13 +255,13 @@ def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Fa
         rate = max(1.0, size / before**2 if 0 < before < 1e-2 else np.inf)
         if settled and factor == 1.0 and (size < 3e-7 or rate * size**2 < _STEP_TOLERANCE):
             return _finish(model, State(depth, u, pressure, updated, below), gap, at, sizes)
-        if not settled and iteration > 12:
+        if not settled and iteration > (_ONE_BY_ONE + 12 if model.base_rubs else 12):
             mark = updated.active.tobytes() + updated.slip.tobytes() + below.sticks.tobytes() + below.slip.tobytes()
             if seen.count(mark) >= 3:
                 return Failure(depth, "contact keeps cycling between two sets of points")
             seen.append(mark)
         touching = updated
-    return Failure(depth, f"Newton did not converge in {_MAX_NEWTON} iterations")
+    return Failure(depth, f"Newton did not converge in {most} iterations")
 
 
 def _entering(touching: Contact, active: BoolArray, gap: Gap, before: Contact) -> Contact:

@@ -155,7 +155,9 @@ def stepped(base: BaseNodes, at: Condensed, u: FloatArray, du: FloatArray, slidi
     return replace(sliding, push=push, friction=np.where(sliding.sticks, stick, -sliding.slip * coefficient * push))
 
 
-def resorted(base: BaseNodes, u: FloatArray, sliding: Sliding, coefficient: float, slack: float) -> Sliding:
+def resorted(
+    base: BaseNodes, u: FloatArray, sliding: Sliding, coefficient: float, slack: float, *, one_by_one: bool
+) -> Sliding:
     """Which nodes stick, slip and are free after a step.
 
     Parameters
@@ -165,6 +167,7 @@ def resorted(base: BaseNodes, u: FloatArray, sliding: Sliding, coefficient: floa
     sliding : with push and friction after it, see `stepped`.
     coefficient : f.
     slack : share of the friction by which a node may break the law rather than change for ever.
+    one_by_one : whether the first that changes, from the axis outwards, is the only one.
 
     Returns
     -------
@@ -174,11 +177,16 @@ def resorted(base: BaseNodes, u: FloatArray, sliding: Sliding, coefficient: floa
     pressed = sliding.push > _NO_PUSH * float(np.max(sliding.push))
     starts = sliding.sticks & (np.abs(sliding.friction) > limit * (1 + 1e-9 + slack))
     turns = (sliding.slip != 0) & (sliding.slip * (place - sliding.anchor) < -1e-13)
-    # One that was free slips on as it moved: to stick at once would be a jump, and to slip with next to no push is none.
+    # One that was free slips on as it moved: to stick at once would be a jump, and to slip with next to no push is none. Where
+    # that friction lifts it again, which much of it may do, it sticks.
     lands = ~sliding.sticks & (sliding.slip == 0)
-    sticks = pressed & ((sliding.sticks & ~starts) | turns)
+    sticks = pressed & ((sliding.sticks & ~starts) | turns | (lands & one_by_one))
     onward = np.select([starts, lands], [-np.sign(sliding.friction), np.sign(place - sliding.anchor)], sliding.slip)
-    return replace(sliding, sticks=sticks, slip=np.where(pressed & ~sticks, onward, 0.0))
+    slip = np.where(pressed & ~sticks, onward, 0.0)
+    if one_by_one:  # or sets of nodes that change in turn may do so for ever
+        later = np.flatnonzero((sticks != sliding.sticks) | (slip != sliding.slip))[1:]
+        sticks[later], slip[later] = sliding.sticks[later], sliding.slip[later]
+    return replace(sliding, sticks=sticks, slip=slip, anchor=np.where(lands & sticks, place, sliding.anchor))
 
 
 def settled(before: Sliding, after: Sliding, coefficient: float) -> bool:
