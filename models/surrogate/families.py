@@ -128,7 +128,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "friction",
                 "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
-                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
+                Recipe(5383, _AVERAGED, 24_000, members=3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
                 fade=_FRICTION_FADE,
