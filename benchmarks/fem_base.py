@@ -11,7 +11,6 @@ import argparse
 import os
 import time
 from dataclasses import replace
-from itertools import pairwise
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -20,7 +19,7 @@ import numpy as np
 
 from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
-from models.fem.check import work
+from models.fem.check import taken_by_base, work
 from models.fem.equilibrium import stored_energy
 from models.fem.solution import Solution
 from models.layers import Dielectric, Layer, LayeredDesign, flat_punch, layered
@@ -56,15 +55,6 @@ def hill(accuracy: float) -> None:
             row.append(off[np.argmax(np.abs(off))])
         print(f"{slenderness:<8g}" + "".join(f"{off:<+14.3%}" for off in row))
     print()
-
-
-def taken_by_base(solution: Solution) -> float:
-    """What friction on the base takes of the work, in the units of the finite elements."""
-    sliding = solution.model.base.r_dofs
-    return sum(
-        float(np.sum(-(a.sliding.friction + b.sliding.friction) / 2 * (b.u - a.u)[sliding]))
-        for a, b in pairwise(solution.states)
-    )
 
 
 def sensor(accuracy: float) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from models.laws import Gent, Law, NeoHookean
-from models.sensor import INCOMPRESSIBLE, VACUUM_PERMITTIVITY, Base, Design, require_poisson_ratio
+from models.sensor import INCOMPRESSIBLE, VACUUM_PERMITTIVITY, Base, Design, require_base, require_poisson_ratio
 
 #: Largest finite coefficient of friction on the base: at ten the paper's sensor takes all but 0.3 % of the force on a bonded
 #: one.
@@ -203,19 +203,11 @@ class LayeredDesign:
             )
         if not self.friction_coefficient >= 0:
             raise ValueError(f"friction_coefficient must not be negative, got {self.friction_coefficient:g}")
-        if self.base not in ("bonded", "slippery"):
-            raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
-        if not self.base_friction_coefficient >= 0:
-            raise ValueError(f"base_friction_coefficient must not be negative, got {self.base_friction_coefficient:g}")
+        require_base(self.base, self.base_friction_coefficient)
         if LARGEST_BASE_FRICTION < self.base_friction_coefficient < np.inf:
             raise ValueError(
                 f"base_friction_coefficient must not be above {LARGEST_BASE_FRICTION:g} unless it is inf, for a base on which "
                 f"nothing slides, got {self.base_friction_coefficient:g}"
-            )
-        if self.base_friction_coefficient > 0 and self.base != "slippery":
-            raise ValueError(
-                f"base_friction_coefficient is that of a slippery base, got {self.base_friction_coefficient:g} on one that is "
-                f"{self.base}"
             )
         if not self.dielectrics:
             raise ValueError("a stack needs at least one dielectric")

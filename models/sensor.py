@@ -79,6 +79,28 @@ def _require_friction(name: str, value: Scalar) -> None:
         raise ValueError(f"{name} must not be negative, got {friction[~(friction >= 0)][0]:g}")
 
 
+def require_base(base: Base, friction: Scalar) -> None:
+    """Refuse what is no base, and friction on one that nothing slides on.
+
+    Parameters
+    ----------
+    base : what a stack rests on.
+    friction : Coulomb's coefficient there [1], one number or one per draw.
+
+    Raises
+    ------
+    ValueError
+        If the base is none of `Base`, or the friction is negative, or above zero and the base not slippery.
+    """
+    if base not in get_args(Base):
+        raise ValueError(f"base must be bonded or slippery, got {base!r}")
+    _require_friction("base_friction_coefficient", friction)
+    if base != "slippery" and np.any(np.asarray(friction) > 0):
+        raise ValueError(
+            f"base_friction_coefficient is that of a slippery base, got {np.max(friction):g} on one that is {base}"
+        )
+
+
 def require_poisson_ratio(name: str, value: Scalar) -> None:
     """Refuse what is no Poisson's ratio of a foam or a rubber.
 
@@ -216,13 +238,7 @@ class Design:
     base: Base = "bonded"
 
     def __post_init__(self) -> None:
-        if self.base not in get_args(Base):
-            raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
-        rubs = np.atleast_1d(np.asarray(self.padding.base_friction_coefficient, dtype=float))
-        if self.base != "slippery" and np.any(rubs > 0):
-            raise ValueError(
-                f"base_friction_coefficient is that of a slippery base, got {np.max(rubs):g} on one that is {self.base}"
-            )
+        require_base(self.base, self.padding.base_friction_coefficient)
         both = self.padding_is_compressible & (np.asarray(self.sensor.stiffening) > 0)
         if np.any(both):
             ratio = np.broadcast_to(np.asarray(self.padding_poisson_ratio, dtype=float), both.shape)

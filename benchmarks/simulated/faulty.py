@@ -103,12 +103,12 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class Lab:
-    """A simulated lab: its experiment, what it measured, and the true design of each specimen with its physics."""
+    """A simulated lab: its experiment, what it measured, and the true design of each specimen with the law of its layers."""
 
     experiment: Experiment
     sweeps: tuple[Sweep, ...]
     designs: tuple[Design, ...]
-    physics: Physics
+    law: Law | None
 
 
 @dataclass(frozen=True)
@@ -140,28 +140,23 @@ class Curve:
         return Response(np.asarray(depth, float), self.force(s), 0 * s, self.capacitance(s), c0, none, none)
 
 
-PLAIN = Physics()
+def stack_of(design: Design, law: Law | None) -> LayeredDesign:
+    """The layers of a design, all of one law; None for that of the design."""
+    stack = layered(design)
+    return stack if law is None else replace(stack, layers=tuple(replace(layer, law=law) for layer in stack.layers))
 
 
-def stack_of(design: Design, physics: Physics) -> LayeredDesign:
-    """The layers of a design, with what of its physics a `Design` does not say."""
-    stack = replace(layered(design), base_friction_coefficient=physics.base_friction)
-    if physics.law is None:
-        return stack
-    return replace(stack, layers=tuple(replace(layer, law=physics.law) for layer in stack.layers))
-
-
-def curve_of(design: Design, end: float, physics: Physics = PLAIN) -> Curve:
+def curve_of(design: Design, end: float, law: Law | None = None) -> Curve:
     """Press a design with the finite elements, to an end.
 
     Parameters
     ----------
     design : the sensor.
     end : depth [m].
-    physics : that it has.
+    law : of all layers; None for that of the design.
     """
     s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
-    r = FiniteElements(ACCURACY).respond(stack_of(design, physics), s[1:] ** 2)
+    r = FiniteElements(ACCURACY).respond(stack_of(design, law), s[1:] ** 2)
     at_rest = float(np.asarray(design.rest_capacitance))
     force, capacitance = (np.concatenate([[first], rest]) for first, rest in ((0.0, r.force), (at_rest, r.capacitance)))
     return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
@@ -237,7 +232,7 @@ def lab_of(name: str, seed: int) -> Lab:
         return _measured(experiment, fault.padding, replace(physics, dielectric=1 + other.choice([-0.12, 0.12])), other)[0]
 
     sweeps = _read(experiment, fault.tampered(records, others, rng))
-    return Lab(experiment, sweeps, tuple(designs), physics)
+    return Lab(experiment, sweeps, tuple(designs), physics.law)
 
 
 def _read(experiment: Experiment, records: Sequence[Record]) -> tuple[Sweep, ...]:
@@ -305,10 +300,11 @@ def _measured(
             "dielectric_thickness": physics.dielectric * (0.16e-3 + 0.006e-3 * z()),
         }
         own["padding_young_modulus"] = physics.ratio * own["young_modulus"]
+        own["base_friction_coefficient"] = physics.base_friction
         base: Base = "slippery" if physics.slippery else "bonded"
         design = design_from(own, friction_coefficient=physics.friction, base=base)
         rig = Rig(0.2e-3 + 0.03e-3 * z(), compliance, 0.3 * z(), parasitic, 2 * z(), capacitance_noise=1e-14, speed=SPEED)
-        records.append(pressed(curve_of(design, 1.05 * DEPTH, physics), rig, physics, rng))
+        records.append(pressed(curve_of(design, 1.05 * DEPTH, physics.law), rig, physics, rng))
         designs.append(design)
     return records, designs
 
@@ -365,7 +361,7 @@ def true_signal(lab: Lab, specimen: int, padding: float, force: float) -> float:
     force : [N].
     """
     design = lab.designs[specimen]
-    stack = stack_of(replace(design, padding=replace(design.padding, thickness=padding)), lab.physics)
+    stack = stack_of(replace(design, padding=replace(design.padding, thickness=padding)), lab.law)
     try:
         capacitance = float(FiniteElements(ACCURACY).respond_to_force(stack, np.array([force])).capacitance[0])
     except (OutOfRangeError, ConvergenceError):

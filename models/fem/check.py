@@ -76,6 +76,20 @@ def energy_error(solution: Solution) -> float:
         return work(loading) / stored_energy(solution.model, loading[-1]) - 1
 
 
+def taken_by_base(solution: Solution) -> float:
+    """What friction on the base takes of the work along all states, in their units: that of its mean at both ends of each step.
+
+    Parameters
+    ----------
+    solution : along a path of many steps.
+    """
+    sliding = solution.model.base.r_dofs
+    return sum(
+        float(np.sum(-(a.sliding.friction + b.sliding.friction) / 2 * (b.u - a.u)[sliding]))
+        for a, b in pairwise(solution.states)
+    )
+
+
 def work(states: Sequence[State]) -> float:
     """Integral of the force over the depth along increasing depths, in the units of the states.
 

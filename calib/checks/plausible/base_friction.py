@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.catalogue import QUANTITIES
+from calib.checks.plausible.unseen import most_moved
 from calib.checks.verdict import Reason
 from calib.problem import Problem, range_use, specimen_design, values_at
 from calib.sampling import FirstAnswer, FirstEstimate, Look, first_answer
 from models.fem import FiniteElements
-from models.layers import layered
 from models.response import ConvergenceError, Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray
 
@@ -105,15 +105,16 @@ def base_friction(problem: Problem, look: Look | None, first: FirstAnswer | None
         return
     before = first.parameters
     moduli = [p.key for p in problem.parameters if p.parameter == "young_modulus"]
-    off = {key: (before[str(key)].mean - after[str(key)].mean) / before[str(key)].sd for key in moduli}
-    most = max(off, key=lambda key: abs(off[key]), default=None)
-    if most is None or abs(off[most]) <= _LIMIT:
+    if not moduli:
+        return
+    most, shift = most_moved(moduli, before, after)
+    if abs(shift) <= _LIMIT:
         return
     share = 100 * (before[str(most)].mean / after[str(most)].mean - 1)
     finding = (
         f"the padding is taken to slide on its base without friction: a coefficient of {COEFFICIENT:g} there, which is little "
         f"for silicone, makes {QUANTITIES[most.parameter].label} {abs(share):.2g} % too {'large' if share > 0 else 'small'} "
-        f"({abs(off[most]):.1f} of the standard deviations that are stated), and nothing in the data tells"
+        f"({abs(shift):.1f} of the standard deviations that are stated), and nothing in the data tells"
     )
     yield Reason(
         "base", "amber", finding, "Glue the padding to its base, or oil it and take its modulus for that much less sure"
@@ -143,8 +144,7 @@ def rubbing_at(look: Look) -> Rubbing:
     sweep = problem.sweeps[0]
     design = specimen_design(problem, values_at(problem, middle), sweep.specimen, sweep.name).draw(0)
     deepest = float(range_use(problem, middle)[0] * problem.forward.max_depth(design)[0])
-    depth, stack = deepest * np.linspace(0, 1, _STEPS + 1)[1:] ** 2, layered(design)
-    free, rubs = (
-        FiniteElements(_ACCURACY).respond(replace(stack, base_friction_coefficient=f), depth) for f in (0.0, COEFFICIENT)
-    )
+    depth = deepest * np.linspace(0, 1, _STEPS + 1)[1:] ** 2
+    other = replace(design, padding=replace(design.padding, base_friction_coefficient=COEFFICIENT))
+    free, rubs = (FiniteElements(_ACCURACY).respond(one, depth) for one in (design, other))
     return Rubbing(problem.forward, depth, rubs.force / free.force, rubs.capacitance_change / free.capacitance_change)

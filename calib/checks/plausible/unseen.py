@@ -113,11 +113,25 @@ def unseen_in(look: Look) -> tuple[Unseen, ...]:
             after = first_answer(build_problem(moved, problem.sweeps, problem.forward), near).parameters
         except (InputError, ValueError):  # a design that no surrogate covers, or no first answer
             continue
-        by = {key: after[str(key)].mean - before[str(key)].mean for key in moduli}
-        most = max(by, key=lambda key: abs(by[key]) / before[str(key)].sd)
+        most, shift = most_moved(moduli, before, after)
         was = before[str(most)]
-        found.append(Unseen(cause, size, most, by[most] / was.sd, by[most] / was.mean))
+        found.append(Unseen(cause, size, most, shift, shift * was.sd / was.mean))
     return tuple(sorted(found, key=lambda one: -abs(one.shift)))
+
+
+def most_moved(
+    names: Sequence[UnknownName], before: Mapping[str, FirstEstimate], after: Mapping[str, FirstEstimate]
+) -> tuple[UnknownName, float]:
+    """Which unknown comes out farthest from where it was, and by how many of its standard deviations.
+
+    Parameters
+    ----------
+    names : of the unknowns, at least one.
+    before, after : what is found of them.
+    """
+    by = {name: (after[str(name)].mean - before[str(name)].mean) / before[str(name)].sd for name in names}
+    most = max(by, key=lambda name: abs(by[name]))
+    return most, by[most]
 
 
 def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[tuple[Cause, float, Experiment]]:
