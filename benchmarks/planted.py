@@ -2,10 +2,10 @@
 
 A lab is one specimen as the shipped experiment has them, its unknowns drawn from their priors, its curves by the finite
 elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than
-the sensor, or a foam, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one
-silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of
-the signal at 10 N (on a foam 3 N) on the padding that is recommended, how far the modulus is off, and how many calibrations
-converged. With -o labs are kept, a line of JSON each, and those that are there are not repeated.
+the sensor, or a foam, a ball that rubs, a slippery base, one that rubs. It is calibrated with the model that knows of it, or
+(`as one silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus
+and of the signal at 10 N (on a foam 3 N) on the padding that is recommended, how far the modulus is off, and how many
+calibrations converged. With -o labs are kept, a line of JSON each, and those that are there are not repeated.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class Kind:
     Attributes
     ----------
     ratio : of the padding's modulus to the sensor's.
-    friction, slippery : of the ball and the base.
+    friction : of the ball.
+    slippery, base_friction : whether the padding slides on its base, and the friction there.
     poisson_ratio : of the padding.
     told : attributes of the experiment that are changed, and priors that are added, under "priors".
     """
@@ -52,6 +53,7 @@ class Kind:
     ratio: float = 1.0
     friction: float = 0.0
     slippery: bool = False
+    base_friction: float = 0.0
     poisson_ratio: float = INCOMPRESSIBLE
     told: Mapping[str, Any] = field(default_factory=dict)
 
@@ -62,6 +64,7 @@ _FOAM: Mapping[str, Any] = {
     "priors": {"padding_young_modulus": {"lognormal": ["0.35 MPa", 1.6]}, "padding_poisson_ratio": {"uniform": [0, 0.5]}},
 }
 _RUBS: Mapping[str, Any] = {"priors": {"friction_coefficient": _ANY_FRICTION}}
+_BASE_RUBS: Mapping[str, Any] = {"base": "slippery", "priors": {"base_friction_coefficient": {"uniform": [0, 1.5]}}}
 #: What can be planted, by name.
 KINDS: Mapping[str, Kind] = {
     "nothing": Kind(),
@@ -74,6 +77,8 @@ KINDS: Mapping[str, Kind] = {
     "slippery, as bonded": Kind(slippery=True),
     "friction 0.3, as none": Kind(friction=0.3),
     **{f"friction {f:g}": Kind(friction=f, told=_RUBS) for f in (0.0, 0.15, 0.3, 0.6)},
+    **{f"base rubs {f:g}": Kind(slippery=True, base_friction=f, told=_BASE_RUBS) for f in (0.2, 0.5, 1.0)},
+    "base rubs 0.2, as slippery": Kind(slippery=True, base_friction=0.2, told={"base": "slippery"}),
 }
 
 
@@ -90,6 +95,7 @@ def planted_lab(experiment: Experiment, kind: Kind, rng: np.random.Generator) ->
     truth, rig = usual_lab(experiment, rng, 1.6)
     truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
     truth["padding_poisson_ratio"] = kind.poisson_ratio
+    truth["base_friction_coefficient"] = kind.base_friction
     base: Base = "slippery" if kind.slippery else "bonded"
     return truth, design_from(truth, friction_coefficient=kind.friction, base=base), rig
 

@@ -187,6 +187,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     if (stick or friction is not None) and "friction_coefficient" in priors:
         message = "friction_coefficient is given twice, here and in [indenter]"
         toml.fault(("priors", "friction_coefficient"), message, "Keep one of the two")
+        del priors["friction_coefficient"]  # which is one fault, and no combination of the model's
     elif friction is not None:
         priors["friction_coefficient"] = friction
     discrepancy = choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), DISCREPANCIES)
@@ -194,6 +195,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     if "base_friction_coefficient" in priors and base != "slippery":
         message = f'base_friction_coefficient has no meaning with base = "{base}", on which nothing slides'
         toml.fault(("priors", "base_friction_coefficient"), message, 'Write base = "slippery" or leave the prior out')
+        del priors["base_friction_coefficient"]  # likewise
     if "stiffening" in priors and law != "gent":
         toml.fault(
             ("priors", "stiffening"),
@@ -307,7 +309,7 @@ def _check_model(toml: Toml, e: Experiment) -> None:
     elif e.model == "closed form" and place != ("model",):
         message = "the closed form knows neo-Hookean layers that keep their volume, a bonded base and a ball without friction"
         toml.fault(place, message, 'Write model = "surrogate"')
-    elif e.model == "surrogate" and e.family is None and not (e.stick and e.rubs) and (e.base == "slippery" or not e.base_rubs):
+    elif e.model == "surrogate" and e.family is None:
         advice = 'Leave one of these choices out, or write model = "fem" and have patience. '
         message = f"there is no surrogate for all of this together: {model_in_words(e)}"
         toml.fault(place, message, f"{advice}There are surrogates of {shipped_in_words()}")

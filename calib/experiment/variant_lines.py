@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from calib.catalogue import UNKNOWNS
 from calib.errors import InputError
 from calib.experiment.plan import Experiment
 from calib.experiment.toml_file import read_toml
@@ -21,17 +22,26 @@ _KEYS: Mapping[str, tuple[KeyPath, Mapping[object, str]]] = {
 
 
 def line_of_variant(experiment: Experiment, variant: Variant) -> str:
-    """Say what to write for another model, and in which line: 'base = "slippery" (line 16)'; "" where no line alone does it.
+    """Say what to write for another model, and where: 'base = "slippery" (line 16)'; "" where something must be taken out.
 
     Parameters
     ----------
     experiment : as it is in its file.
     variant : that differs in one choice.
     """
-    if len(variant.changes) != 1 or (choice := next(iter(variant.changes))) not in _KEYS:
-        return ""
+    lines = []
+    for choice, value in variant.changes.items():
+        if choice == "priors" and value.keys() > experiment.priors.keys():
+            lines += [f"{name} = {UNKNOWNS[name].example} (in [priors])" for name in value if name not in experiment.priors]
+        elif choice in _KEYS:
+            lines.append(_line(experiment, choice, value))
+        else:
+            return ""
+    return " and ".join(lines)
+
+
+def _line(experiment: Experiment, choice: str, value: object) -> str:
     at, written = _KEYS[choice]
-    value = variant.changes[choice]
     quoted = f'"{value}"'
     line = f"{at[-1]} = {written.get(value, quoted)}"
     place = _place(experiment, at)

@@ -26,13 +26,14 @@ _DISCREPANCY: Mapping[Any, tuple[str, str]] = {
     "on": ("discrepancy-on", ""),
     "off": ("discrepancy-off", "no discrepancy"),
 }
-_BASE_FRICTION = "base_friction_coefficient"
-# Of steel on silicone, dry or oiled, as the prior of a variant that rubs: with less, the frictionless one does, which would be
-# a part of it, so that data of a ball that slides could never rule it out.
+# Of silicone on what it lies on unglued, and of steel on silicone, dry or oiled, as the priors of variants that rub: with less,
+# the one without friction does, which would be a part of it, so that data of one that slides could never rule it out.
+_BASE_FRICTION, _ANY_BASE_FRICTION = "base_friction_coefficient", {"uniform": [0.05, 1.5]}
 _FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0.05, 0.6]}
 #: Names that `candidates` of an experiment file may hold; which of them depends on the experiment.
 CANDIDATES = (
     *(name for names in _CHOICES.values() for value, (name, _) in names.items() if value != "foam"),
+    "rubbing-base",
     "friction",
     *(name for name, _ in _DISCREPANCY.values()),
 )
@@ -61,22 +62,27 @@ class Variant:
 def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     """List the models that the data of an experiment should be held against, the experiment itself first.
 
-    Each of the others differs in one choice: the law, friction, the base, and whether the padding has a modulus of its own.
-    Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are foams, which
-    one sees. The discrepancy is not among the choices, see `possible_candidates`.
+    Each of the others differs in one choice: the law, friction, the base and its friction, and whether the padding has a
+    modulus of its own. Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out;
+    so are foams, which one sees. The discrepancy is not among the choices, see `possible_candidates`.
     """
-    glued = {name: prior for name, prior in experiment.priors.items() if name != _BASE_FRICTION}
+    priors = experiment.priors
+    glued = {name: prior for name, prior in priors.items() if name != _BASE_FRICTION}
     others = [
         Variant(name, {choice: value} | ({"priors": glued} if value == "bonded" and experiment.base_rubs else {}))
         for choice, names in _CHOICES.items()
         for value, (name, _) in names.items()
         if value not in (getattr(experiment, choice), "foam")
     ]
-    without = {name: prior for name, prior in experiment.priors.items() if name != _FRICTION}
-    if experiment.rubs:
-        others.append(Variant("frictionless", {"priors": without}))
+    if experiment.base_rubs:
+        others.append(Variant("slippery", {"priors": glued}))
     else:
-        others.append(Variant("friction", {"priors": {**without, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
+        rubs = {**priors, _BASE_FRICTION: parse_prior(_BASE_FRICTION, _ANY_BASE_FRICTION)}
+        others.append(Variant("rubbing-base", {"base": "slippery", "priors": rubs}))
+    if experiment.rubs:
+        others.append(Variant("frictionless", {"priors": {name: p for name, p in priors.items() if name != _FRICTION}}))
+    else:
+        others.append(Variant("friction", {"priors": {**priors, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
 
 

@@ -144,8 +144,8 @@ FAMILIES = MappingProxyType(
             ),
             Family(
                 "rubbing-base",
-                "neo-Hookean sensor on padding, slippery base with Coulomb friction up to 2, frictionless sphere",
-                Recipe(6144, _AVERAGED, 20_000, members=3),
+                "neo-Hookean sensor on padding, slippery base with Coulomb friction up to 1.5, frictionless sphere",
+                Recipe(5334, _AVERAGED, 20_000, members=3),
                 base="slippery",
                 own=(BASE_FRICTION,),
                 adds_to="slippery",

@@ -149,6 +149,8 @@ def fit_surrogate(
         limit, reach = base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])
     s = np.sqrt(data.depth / reach[:, None])
     s[s > S_END * (1 + 1e-9)] = np.nan
+    if base is not None:  # beyond its range its polynomials are wild, and so would be what is to be added to them
+        s[data.depth > limit[:, None] * (1 + 1e-9)] = np.nan
 
     def fade(points: FloatArray) -> FloatArray:
         return fade_of_family(data.groups, points**2 * reach[:, None], data.family)

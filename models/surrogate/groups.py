@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -35,8 +35,8 @@ class Group:
 
     parameter: str
     name: str
-    coordinate: Callable[[Values], Values]
-    value: Callable[[Values], Values]
+    coordinate: Callable[[Values], Values] = field(compare=False)  # a partial one is another after pickling
+    value: Callable[[Values], Values] = field(compare=False)
     end: float
     most: float
     plain: float
@@ -66,7 +66,7 @@ def _saturated(coordinate: Values, scale: float) -> Values:
 
 #: Friction on the base at which the paper's sensor is about three quarters of the way from a slippery base to a bonded one.
 BASE_FRICTION_SCALE = 1.2
-_MOST_BASE_FRICTION = 2.0
+_MOST_BASE_FRICTION = 1.5
 
 #: What a padding lacks to incompressible, 1 - 2 nu, at which it is about half way from incompressible to a ratio of 0.
 _COMPRESSIBLE = 0.2
@@ -108,7 +108,8 @@ POISSON_RATIO = Group(
     "incompressible padding",
     0.1,
 )
-#: Coulomb's friction f_b of the padding on its base, from none to 2, beyond which it hardly slides.
+#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the change of capacitance falls steeply to
+#: that of a bonded base, along a curve that takes more paths to learn.
 BASE_FRICTION = Group(
     "base_friction_coefficient",
     f"tanh(f_b/{BASE_FRICTION_SCALE:g})",

@@ -14,9 +14,9 @@ from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import design_from
-from models.surrogate import FAMILIES, is_shipped, load_surrogate
+from models.surrogate import FAMILIES, Family, is_shipped, load_surrogate
 from models.surrogate.groups import FRICTION, STIFFENING
-from models.surrogate.validation import Toleranced, toleranced
+from models.surrogate.validation import Toleranced, random_designs, toleranced
 
 PAPER = PAPER_SENSOR | {"young_modulus": 0.62e6, "dielectric_thickness": 0.16e-3}
 
@@ -147,6 +147,15 @@ def test_identity_is_the_same_in_another_process(asked_before: bool) -> None:
         told = forward.identity if asked_before else None
         there = pickle.loads(pickle.dumps(forward))
         assert there.identity == (told or forward.identity)
+
+
+@pytest.mark.parametrize("family", [*filter(is_shipped, FAMILIES.values())], ids=lambda family: family.name)
+def test_a_surrogate_answers_in_another_process_as_it_does_here(family: Family) -> None:
+    here = load_surrogate(family=family)
+    there = pickle.loads(pickle.dumps(here))
+    (draw, *_) = random_designs(2, 20261129, family)
+    assert here.max_depth(draw) > 0
+    np.testing.assert_array_equal(there.max_depth(draw), here.max_depth(draw))
 
 
 def test_a_surrogate_is_hashed_once() -> None:

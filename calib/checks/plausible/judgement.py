@@ -116,7 +116,7 @@ def plausibility(problem: Problem) -> Plausibility:
     seconds = time.process_time() - began
     if look is None:
         repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward) if unlikely else []
-        reasons = (*_of_ranges(problem, ranges, repairs), *files, *base_friction(problem, None, None))
+        reasons = (*_of_ranges(problem, ranges, repairs), *files, *base_friction(problem, None))
         return Plausibility(verdict_of(reasons).reasons, ranges, None, None)
     conflicts = conflicts_in(look)
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
@@ -128,11 +128,11 @@ def plausibility(problem: Problem) -> Plausibility:
     try:
         first = answer_of(look)
     except ValueError:
-        verdict = verdict_of((*verdict.reasons, *base_friction(problem, look, None)))
+        verdict = verdict_of((*verdict.reasons, *base_friction(problem, None)))
         return Plausibility(verdict.reasons, ranges, None, None, seconds)
     verdict = verdict_of((*verdict.reasons, *unmodelled(problem, first)))
     if verdict.colour != "red":
-        verdict = verdict_of((*verdict.reasons, *base_friction(problem, look, first)))
+        verdict = verdict_of((*verdict.reasons, *base_friction(problem, first)))
     return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
 
 
@@ -169,6 +169,7 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
 
 def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:
     """One reason for each quantity that is out of the way, of the sweep where it is worst."""
+    asked = [*_asked(repairs), *(_of_another_kind(problem) if farthest(ranges) > UNLIKELY else ())]
     for seen, (quantity, advice) in _SHOWN.items():
         out = [r for r in ranges if r.seen == seen and r.counts and abs(r.away) > UNLIKELY]
         if not out:
@@ -182,7 +183,7 @@ def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip
             finding += f": it means a relative permittivity of {permittivity:.3g}"
         if len(out) > 1:
             finding += f" (and so in {len(out) - 1} more)"
-        yield Reason(seen, level, finding, _asked(repairs) or advice)
+        yield Reason(seen, level, finding, "; or ".join(asked) or advice)
 
 
 def _implied_permittivity(problem: Problem, found: Range) -> float:
@@ -191,10 +192,24 @@ def _implied_permittivity(problem: Problem, found: Range) -> float:
     return 0.0 if permittivity is None else float(permittivity[0]) * found.observed / found.middle
 
 
-def _asked(slips: Sequence[Slip]) -> str:
+def _asked(slips: Sequence[Slip]) -> list[str]:
     """The questions that slips raise, which would bring all into the way that is expected."""
     named = list({slip.gate: slip for slip in reversed(slips)}.values())[::-1][:_MOST_SLIPS]
-    return "; or ".join(f"{slip.question}: with {slip.without} all would be as expected" for slip in named)
+    return [f"{slip.question}: with {slip.without} all would be as expected" for slip in named]
+
+
+def _of_another_kind(problem: Problem) -> Iterator[str]:
+    """The question whether the sensor is of another kind, if there are models that expect all that was read."""
+    found = []
+    for variant in variants_of(problem.experiment)[1:]:
+        try:
+            if farthest(ranges_of(other := problem_under(problem, variant))) < USUAL:
+                line = line_of_variant(problem.experiment, variant)
+                found.append(_changed(problem, other) + (f", {line}" if line else ""))
+        except (InputError, ValueError):
+            continue
+    if found:
+        yield f"look whether the sensor is of another kind, of which all would be as expected: {'; '.join(found)}"
 
 
 def _of_conflicts(conflicts: Conflicts) -> Iterator[Reason]:
@@ -278,7 +293,7 @@ def ways_out(faults: Sequence[Fault], experiment: Experiment, sweeps: Sequence[S
     -------
     The faults; one more if slips are found.
     """
-    asked = _asked(repairs_of(experiment, sweeps, forward))
+    asked = "; or ".join(_asked(repairs_of(experiment, sweeps, forward)))
     return [*faults, *([Fault("a slip may be the cause", experiment.path, advice=asked)] if asked else [])]
 
 
@@ -298,6 +313,11 @@ def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward
     return [slip for slip, _ in found if not slip.same_data or evidence[slip] > best - PREFERRED]
 
 
+def _changed(problem: Problem, other: Problem) -> str:
+    own, theirs = (model_in_words(p.experiment).split(", ") for p in (problem, other))
+    return ", ".join(word for word in theirs if word not in own)
+
+
 def _of_models(look: Look, level: Level) -> Iterator[Reason]:
     """A reason for the model under which the data are by far most probable, if it is not the one that is stated."""
     problem = look.problem
@@ -313,9 +333,7 @@ def _of_models(look: Look, level: Level) -> Iterator[Reason]:
             best, found, found_as = other.log_evidence, other, number
     if found is not None:
         gain = (best - look.log_evidence) / math.log(10)
-        own, other_model = (model_in_words(p.experiment).split(", ") for p in (problem, found.problem))
-        changed = ", ".join(word for word in other_model if word not in own)
-        finding = f"under another model ({changed}) the data would be 10^{gain:.0f} times as probable"
+        finding = f"under another model ({_changed(problem, found.problem)}) the data would be 10^{gain:.0f} times as probable"
         values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"

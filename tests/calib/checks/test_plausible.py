@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
-from calib.checks.plausible.base_friction import COEFFICIENT, Rubbing
+from calib.checks.plausible.base_friction import COEFFICIENT
 from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
 from calib.checks.plausible.slips import slips_of
 from calib.errors import Fault
@@ -25,8 +25,6 @@ from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import first_answer
 from models.analytic import ClosedForm
-from models.fem import FiniteElements
-from models.layers import layered
 from models.response import Forward
 from models.sensor import design_from
 from models.surrogate import FAMILIES, load_surrogate
@@ -480,10 +478,11 @@ def test_draws_none_of_which_is_covered_are_no_crash() -> None:
 SLIPPERY = design_from({**TRUTH, "young_modulus": 1.1e6, "padding_thickness": 1.1e-3, "indenter_radius": 5e-3}, base="slippery")
 
 
-def _on_slippery_base(forward: Forward) -> tuple[Experiment, Sweep]:
-    """A lab that takes its base for bonded, and its sweep, of a model on a slippery one."""
+def _on_slippery_base(forward: Forward, friction: float = 0.0) -> tuple[Experiment, Sweep]:
+    """A lab that takes its base for bonded, and its sweep, of a model on a slippery one that may rub."""
     rig, rng = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12), np.random.default_rng(0)
-    slips = synthetic_sweep(forward, SLIPPERY, 0.6e-3, rig, rng, specimen="sensor 1")
+    design = replace(SLIPPERY, padding=replace(SLIPPERY.padding, base_friction_coefficient=friction))
+    slips = synthetic_sweep(forward, design, 0.6e-3, rig, rng, specimen="sensor 1")
     thick = {"sensor_thickness": Normal(0.75e-3, 0.02e-3), "padding_thickness": Normal(1.1e-3, 0.02e-3)}
     lab = _lab()
     (specimen,) = lab.experiment.specimens
@@ -505,15 +504,30 @@ def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -
     right = plausibility(build_problem(replace(experiment, base="slippery"), [slips], forward))
     assert [reason.gate for reason in right.reasons] == ["base"]
     slow = plausibility(build_problem(replace(experiment, base="slippery", model="fem"), [slips], forward))
-    assert [reason.finding.endswith("cannot be told") for reason in slow.reasons] == [True]
+    assert [reason.finding for reason in slow.reasons] == [reason.finding for reason in right.reasons]
+
+
+def test_a_base_that_rubs_is_named_with_what_to_write() -> None:
+    experiment, rubs = _on_slippery_base(load_surrogate(family=FAMILIES["rubbing-base"]), 1.0)
+    # At a glance, where the priors expect less of a capacitance than was read.
+    found = plausibility(build_problem(experiment, [rubs], load_surrogate()))
+    assert [(reason.gate, reason.level) for reason in found.reasons] == [("capacitance change", "red")]
+    both = 'base = "slippery" (at the top of the file) and base_friction_coefficient = { uniform = [0, 1.5] } (in [priors])'
+    assert "of which all would be as expected: slippery base, base = " in found.reasons[0].action
+    assert found.reasons[0].action.endswith(f"; slippery base with friction, {both}")
+    # And by the evidence, where they expect as much.
+    (specimen,) = experiment.specimens
+    wide = {name: Normal(prior.mean, 6 * prior.sd) for name, prior in specimen.priors.items() if isinstance(prior, Normal)}
+    unsure = replace(experiment, specimens=(replace(specimen, priors=wide),))
+    found = plausibility(build_problem(unsure, [rubs], load_surrogate()))
+    (said,) = (reason for reason in found.reasons if reason.gate == "model")
+    assert said.finding.startswith("under another model (slippery base with friction) the data would be 10^")
+    assert f"if it is set {both}" in said.action
 
 
 def test_friction_on_a_slippery_base_is_said_to_do_what_it_does() -> None:
-    forward = load_surrogate(family=FAMILIES["slippery"])
-    stack, depth = layered(SLIPPERY), 0.63e-3 * np.linspace(0, 1, 25)[1:] ** 2
-    free, rubs = (FiniteElements(1e-3).respond(replace(stack, base_friction_coefficient=f), depth) for f in (0.0, COEFFICIENT))
-    true = Rubbing(forward, depth, rubs.force / free.force, rubs.capacitance_change / free.capacitance_change)
-    labs = [_on_slippery_base(model) for model in (forward, true)]
+    forward, rubs = (load_surrogate(family=FAMILIES[name]) for name in ("slippery", "rubbing-base"))
+    labs = [_on_slippery_base(model, friction) for model, friction in ((forward, 0.0), (rubs, COEFFICIENT))]
     sound, off = (build_problem(replace(e, base="slippery"), [sweep], forward) for e, sweep in labs)
     (said,) = (reason for reason in plausibility(sound).reasons if reason.gate == "base")
     numbers = re.search(r"makes Young's modulus of the sensor ([\d.]+) % too large \(([\d.]+) of", said.finding)
@@ -521,5 +535,7 @@ def test_friction_on_a_slippery_base_is_said_to_do_what_it_does() -> None:
     right, wrong = (first_answer(problem).parameters["young_modulus"] for problem in (sound, off))
     assert wrong.mean / right.mean - 1 == pytest.approx(float(numbers[1]) / 100, rel=0.3)
     assert (wrong.mean - right.mean) / right.sd == pytest.approx(float(numbers[2]), rel=0.3)
-    bonded = plausibility(build_problem(labs[0][0], [labs[0][1]], load_surrogate()))
-    assert "base" not in {reason.gate for reason in bonded.reasons}
+    named = replace(labs[1][0], base="slippery", priors={**labs[1][0].priors, "base_friction_coefficient": Uniform(0.0, 1.5)})
+    for experiment, model in ((labs[0][0], load_surrogate()), (named, rubs)):
+        answered = plausibility(build_problem(experiment, [labs[1][1]], model))
+        assert "base" not in {reason.gate for reason in answered.reasons}

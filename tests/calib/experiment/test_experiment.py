@@ -270,7 +270,7 @@ def test_models_that_there_are_not_are_refused_with_those_that_there_are(folder:
     said = only_fault(folder, f"candidates = {named}\n" + GOOD)
     assert said.startswith("experiment.toml:1:1: candidates ")
     assert "beside this one: gent, stick, " in said
-    assert "own-padding, friction, discrepancy-off" in said
+    assert "own-padding, rubbing-base, friction, discrepancy-off" in said
 
 
 def test_known_dimensions_of_the_sensor_are_fixed_priors(folder: Path) -> None:

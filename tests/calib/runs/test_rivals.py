@@ -32,7 +32,7 @@ from calib.runs import Run, Watch, calibrate, calibrate_rivals, load_run, verify
 from calib.runs.preview import problem_of
 from calib.sampling import Posterior, load_posterior, sample
 from models.sensor import design_from
-from models.surrogate import FAMILIES, is_shipped, load_surrogate
+from models.surrogate import FAMILIES, load_surrogate
 
 
 def _sampled(problem: Problem, **options: Any) -> Posterior:
@@ -230,13 +230,16 @@ def test_an_experiment_is_held_against_every_model_that_can_be_had(tmp_path: Pat
     closed = read_experiment(tmp_path / "experiment.toml")
     assert [v.name for v in variants_of(closed)] == [AS_GIVEN, "own-padding"]
     plain = replace(closed, model="surrogate")
-    new = [name for name in ("slippery", "friction") if is_shipped(FAMILIES[name])]
-    assert {v.name for v in variants_of(plain)} == {AS_GIVEN, "gent", "stick", "own-padding", *new}
-    for variant in variants_of(plain):
-        assert len(variant.changes) == (variant.name != AS_GIVEN)
+    others = {"gent", "stick", "slippery", "rubbing-base", "own-padding", "friction"}
+    assert {v.name for v in variants_of(plain)} == {AS_GIVEN, *others}
+    for variant in variants_of(plain)[1:]:
+        assert variant.of(plain).family != plain.family or variant.name == "own-padding"
     rubbing = replace(plain, model="fem", priors={**plain.priors, "friction_coefficient": Fixed(0.3)})
     assert "frictionless" in {v.name for v in variants_of(rubbing)}
     assert "friction" in {v.name for v in variants_of(replace(plain, model="fem"))}
+    base_rubs = replace(plain, base="slippery", priors={**plain.priors, "base_friction_coefficient": Fixed(0.3)})
+    rubs = {v.name: v.of(base_rubs).base_rubs for v in variants_of(base_rubs)}
+    assert rubs == {AS_GIVEN: True, "bonded": False, "slippery": False, "own-padding": True}
     gent = replace(plain, law="gent")
     assert [v.name for v in variants_of(gent)] == [AS_GIVEN, "neo-hookean", "own-padding"]  # none that sticks and stiffens
 
