@@ -402,6 +402,7 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
     known = "discrepancy|force_noise|capacitance_noise|parasitic_capacitance|machine_compliance"
     space.write_experiment(re.sub(rf"^({known}) = .*\n", "", space.text, flags=re.MULTILINE))
     asked = {"name": "run1", "budget": "3", "seed": "7"}
+    jobs._CHILDREN.clear()  # of other tests in this process
     command = page.get("/calibrate/command", params=asked).json()["command"]
     assert command == "calib calibrate experiment.toml -o run1 --budget 3 --seed 7"
     assert page.post("/calibrate/begin", data=asked, follow_redirects=False).headers["location"] == "/run?name=run1"
