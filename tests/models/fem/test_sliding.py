@@ -57,6 +57,24 @@ def test_it_goes_from_slippery_to_bonded_as_friction_grows() -> None:
     assert by_friction[4].force[-1] < 0.95 * bonded.force[-1]
 
 
+@pytest.mark.parametrize(("sensor", "padding", "disc", "ratio"), [(0.338, 3.64, 4.93, 0.2), (0.109, 4.55, 1.98, 0.58)])
+def test_little_friction_under_thick_padding_has_its_equilibria_from_first_touch_on(
+    sensor: float, padding: float, disc: float, ratio: float
+) -> None:
+    radius = PAPER_SENSOR["indenter_radius"]
+    values = {
+        "sensor_thickness": sensor * radius,
+        "padding_thickness": padding * radius,
+        "sensor_radius": disc * radius,
+        "padding_young_modulus": ratio * PAPER_SENSOR["young_modulus"],
+        "base_friction_coefficient": 0.15,
+    }
+    design = design_from({**PAPER_SENSOR, "electrode_radius": 0.8 * disc * radius, **values}, base="slippery")
+    solution = FiniteElements(1e-3).solve(layered(design), np.array([0.00125, 0.005]) * radius)
+    assert solution.failure is None
+    assert np.mean(solution.states[-1].sliding.slip == 1) > 0.9  # outwards
+
+
 @pytest.mark.parametrize("ball", [0.0, 0.2])
 def test_friction_on_the_base_keeps_to_coulombs_law_opposes_the_slip_and_takes_its_share_of_the_work(ball: float) -> None:
     solution = pressed(0.3, replace(PAPER, friction_coefficient=ball), 2e-3)
