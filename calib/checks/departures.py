@@ -96,7 +96,7 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     strangers = _all_of([partial(strangers_of, problem, near, lot.quantity) for lot in problem.table.lots], executor)
     plain = without_discrepancy(problem.experiment)
     asked = [*variants, *([] if plain is None else [plain])]
-    answers = _all_of([partial(_under, problem, variant, near, floor) for variant in asked], executor)
+    answers = _all_of([partial(answer_under, problem, variant, near, floor) for variant in asked], executor)
     answered = [_departure(problem, variant, own, answer()) for variant, answer in zip(asked, answers, strict=True)]
     departures = answered[: len(variants)]
     # A model that was chosen because the data asked for it has what a clock's rate does to them in its own unknowns.
@@ -198,8 +198,20 @@ def values_near(values: Mapping[str, float]) -> dict[str, float]:
     return {"padding_young_modulus": values.get("young_modulus", np.nan), **values}
 
 
-def _under(problem: Problem, variant: Variant, near: Mapping[str, float], floor: float) -> FirstAnswer | None:
-    """The first answer under another model; None if there is none, as where the model does not cover what was measured."""
+def answer_under(problem: Problem, variant: Variant, near: Mapping[str, float], floor: float = -math.inf) -> FirstAnswer | None:
+    """The first answer under another model.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    variant : of its experiment.
+    near : values of the unknowns that a climb begins at.
+    floor : see `first_answer`.
+
+    Returns
+    -------
+    None if there is none, as where the model does not cover what was measured.
+    """
     try:
         return first_answer(problem_under(problem, variant), values_near(near), floor)
     except (InputError, ValueError):

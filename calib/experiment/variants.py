@@ -67,7 +67,7 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     so are foams, which one sees. The discrepancy is not among the choices, see `possible_candidates`.
     """
     priors = experiment.priors
-    glued = {name: prior for name, prior in priors.items() if name != _BASE_FRICTION}
+    glued, frictionless = ({k: p for k, p in priors.items() if k != name} for name in (_BASE_FRICTION, _FRICTION))
     others = [
         Variant(name, {choice: value} | ({"priors": glued} if value == "bonded" and experiment.base_rubs else {}))
         for choice, names in _CHOICES.items()
@@ -80,7 +80,7 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
         rubs = {**priors, _BASE_FRICTION: parse_prior(_BASE_FRICTION, _ANY_BASE_FRICTION)}
         others.append(Variant("rubbing-base", {"base": "slippery", "priors": rubs}))
     if experiment.rubs:
-        others.append(Variant("frictionless", {"priors": {name: p for name, p in priors.items() if name != _FRICTION}}))
+        others.append(Variant("frictionless", {"priors": frictionless}))
     else:
         others.append(Variant("friction", {"priors": {**priors, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))

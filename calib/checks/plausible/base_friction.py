@@ -7,17 +7,16 @@ By how much is told by another first answer.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from calib.catalogue import QUANTITIES, UNKNOWNS
-from calib.checks.departures import problem_under
+from calib.checks.departures import answer_under
 from calib.checks.plausible.unseen import most_moved
 from calib.checks.verdict import Reason
-from calib.errors import InputError
 from calib.experiment import Variant
 from calib.priors import Fixed
 from calib.problem import Problem
-from calib.sampling import FirstAnswer, FirstEstimate, first_answer
+from calib.sampling import FirstAnswer
 
 #: Coefficient of friction on the base that is looked at: little, of silicone.
 COEFFICIENT = 0.1
@@ -40,35 +39,30 @@ def base_friction(problem: Problem, first: FirstAnswer | None) -> Iterator[Reaso
     """
     if problem.experiment.base != "slippery" or problem.experiment.base_rubs:
         return
-    advice = (
-        f"Glue the padding to its base, oil it, or let its friction be unknown: {_FRICTION} = {UNKNOWNS[_FRICTION].example}"
-    )
+    example = UNKNOWNS[_FRICTION].example
+    advice = f"Glue the padding to its base, oil it, or let its friction be unknown: {_FRICTION} = {example} in [priors]"
     after = None if first is None else _with_friction(problem, first)
     if first is None or after is None:
         finding = "friction of the padding on its base is taken for none, and what a little of it would do cannot be told"
-        yield Reason("base", "amber", finding, f"{advice} in [priors]")
+        yield Reason("base", "amber", finding, advice)
         return
     before = first.parameters
     moduli = [p.key for p in problem.parameters if p.parameter == "young_modulus"]
     if not moduli:
         return
-    most, shift = most_moved(moduli, before, after)
+    most, shift = most_moved(moduli, before, after.parameters)
     if abs(shift) <= _LIMIT:
         return
-    share = 100 * (before[str(most)].mean / after[str(most)].mean - 1)
+    share = 100 * (before[str(most)].mean / after.parameters[str(most)].mean - 1)
     finding = (
         f"the padding is taken to slide on its base without friction: a coefficient of {COEFFICIENT:g} there, which is little "
         f"for silicone, makes {QUANTITIES[most.parameter].label} {abs(share):.2g} % too {'large' if share > 0 else 'small'} "
         f"({abs(shift):.1f} of the standard deviations that are stated), and nothing in the data tells"
     )
-    yield Reason("base", "amber", finding, f"{advice} in [priors]")
+    yield Reason("base", "amber", finding, advice)
 
 
-def _with_friction(problem: Problem, first: FirstAnswer) -> Mapping[str, FirstEstimate] | None:
+def _with_friction(problem: Problem, first: FirstAnswer) -> FirstAnswer | None:
     """What would be found if the base rubbed; None where that cannot be told."""
     rubs = Variant("", {"model": "surrogate", "priors": {**problem.experiment.priors, _FRICTION: Fixed(COEFFICIENT)}})
-    near = {name: estimate.mean for name, estimate in first.parameters.items()}
-    try:
-        return first_answer(problem_under(problem, rubs), near).parameters
-    except (InputError, ValueError):
-        return None
+    return answer_under(problem, rubs, {name: estimate.mean for name, estimate in first.parameters.items()})
