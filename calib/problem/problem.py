@@ -145,14 +145,14 @@ def outside_faults(problem: Problem) -> list[Fault]:
             single = {name: value[first : first + 1] for name, value in values.items()}
             reason = why_outside(problem, problem.forward, plan, single)
             at = "at the prior medians" if share_allowed == 0 else f"for {100 * share:.0f} % of the prior's draws"
-            faults.append(
-                Fault(
-                    f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}",
-                    problem.experiment.path,
-                    advice=_what_fits(problem, plan)
-                    + "check thicknesses, ball radius and contact_offset, or narrow their priors",
-                )
+            beyond = [p.name for p in problem.parameters if p.parameter in reason]  # an unknown for which there is a surrogate
+            advice = (
+                f"Give {' and '.join(beyond)} a prior within that"
+                if beyond
+                else _what_fits(problem, plan) + "check thicknesses, ball radius and contact_offset, or narrow their priors"
             )
+            says = f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}"
+            faults.append(Fault(says, problem.experiment.path, advice=advice))
         if faults:
             break
     return faults

@@ -173,11 +173,16 @@ def violated(groups: FloatArray, family: Family = NEO_HOOKEAN) -> str:
 
     Returns
     -------
-    Empty if all keep every bound, else the first bound that one does not: its name, range and value.
+    Empty if all keep every bound, else the first bound that one does not: its name, range and value; of a family's own group
+    those of the parameter.
     """
+    own = {group.name: group for group in family.own}
     for bound in bounds(family):
         holds = bound.holds(groups)
         if not np.all(holds):
-            worst = float(bound.of(groups)[~holds][0])
-            return f"{bound.name} from {bound.low:.4g} to {bound.high:.4g}, got {worst:.4g}"
+            name, numbers = bound.name, np.array([bound.low, bound.high, bound.of(groups)[~holds][0]])
+            if name in own:
+                name, numbers = own[name].parameter, own[name].value(numbers)
+            low, high, worst = numbers
+            return f"{name} from {low:.4g} to {high:.4g}, got {worst:.4g}"
     return ""

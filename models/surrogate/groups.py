@@ -108,8 +108,8 @@ POISSON_RATIO = Group(
     "incompressible padding",
     0.1,
 )
-#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the change of capacitance falls steeply to
-#: that of a bonded base, along a curve that takes more paths to learn.
+#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the rim of the disc holds it, and curves jump, see
+#: `models.fem.sliding`.
 BASE_FRICTION = Group(
     "base_friction_coefficient",
     f"tanh(f_b/{BASE_FRICTION_SCALE:g})",

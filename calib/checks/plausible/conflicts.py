@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, ndtri_exp
 
-from calib.catalogue import SCALES
+from calib.catalogue import SCALES, bounds_of
 from calib.problem import ParameterInfo, prior_covariance
 from calib.sampling import Look
-from models.sensor import FloatArray
+from models.sensor import INCOMPRESSIBLE, FloatArray
 
 #: Distances, in standard deviations, beyond which something is in the way of the priors, and beyond which they are wrong.
 DOUBTFUL, WRONG = 3.9, 6.0
@@ -18,6 +18,11 @@ DOUBTFUL, WRONG = 3.9, 6.0
 HIGH_SCALE, WRONG_SCALE = 3.0, 5.0
 #: Distance from which on other readings of the data are tried: as of one in twenty sound labs.
 SUSPICIOUS, SUSPICIOUS_ALONE, SUSPICIOUS_SCALE = 1.6, 2.5, 1.5
+# A posterior whose mean is less than this many of its standard deviations from an end is cut by it near its mode, or before: a
+# normal one at its mode has 1.32, an exponential one that falls from the end 1.
+_PRESSED = 1.4
+# Largest values that there are; smallest, of what cannot be negative, is zero.
+_LARGEST = {"padding_poisson_ratio": INCOMPRESSIBLE}
 # An unknown or a direction is learned if its variance is less than this share of the prior's.
 _LEARNED = 0.5
 
@@ -46,17 +51,35 @@ class Conflict:
 
 
 @dataclass(frozen=True)
+class Pressed:
+    """One unknown that the data would have beyond the end of its prior, where that is not the end of what there can be.
+
+    Attributes
+    ----------
+    parameter : which unknown.
+    mean : of its posterior, SI.
+    end : of its prior, SI.
+    """
+
+    parameter: ParameterInfo
+    mean: float
+    end: float
+
+
+@dataclass(frozen=True)
 class Conflicts:
     """How far a posterior lies from its priors.
 
     Attributes
     ----------
     unknowns : of each unknown that the data tell something of, the worst first.
+    pressed : the unknowns whose posterior is cut by the end of a prior.
     together : distance of all unknowns but the scales at once, as standard deviations of one normal number.
     misfit : distance of the misfit at the mode from its expectation, likewise.
     """
 
     unknowns: tuple[Conflict, ...]
+    pressed: tuple[Pressed, ...]
     together: float
     misfit: float
 
@@ -72,7 +95,7 @@ class Conflicts:
         scales = max((c.away for c in self.unknowns if c.is_scale), default=0.0)
         others = max((abs(c.away) for c in self.unknowns if not c.is_scale), default=0.0)
         together = max(self.together, self.misfit)
-        return together > SUSPICIOUS or scales > SUSPICIOUS_SCALE or others > SUSPICIOUS_ALONE
+        return bool(self.pressed) or together > SUSPICIOUS or scales > SUSPICIOUS_SCALE or others > SUSPICIOUS_ALONE
 
 
 def conflicts_in(look: Look) -> Conflicts:
@@ -91,23 +114,33 @@ def conflicts_in(look: Look) -> Conflicts:
     variance = np.diagonal(covariance)
     scale = np.array([p.parameter in SCALES for p in problem.parameters])
     believed = prior_covariance(problem, mean.size)
-    found = []
+    found, pressed = [], []
     for k, parameter in enumerate(problem.parameters):
         told = 1 - variance[k]
         if scale[k]:
             found.append(_conflict(parameter, mean[k], max(mean[k], 0.0)))
         elif told > _LEARNED:
             found.append(_conflict(parameter, mean[k], mean[k] / np.sqrt(told)))
+            pressed += _pressed(parameter, parameter.prior.ppf_normal(theta[:, k]), weight)
     rest = np.flatnonzero(~scale)
     among = np.ix_(rest, rest)
     together = _together(mean[rest], covariance[among], believed[among]) if rest.size else 0.0
     by_size = tuple(sorted(found, key=lambda c: -abs(c.away)))
-    return Conflicts(by_size, together, _as_normal(look.misfit, look.n_point))
+    return Conflicts(by_size, tuple(pressed), together, _as_normal(look.misfit, look.n_point))
 
 
 def _conflict(parameter: ParameterInfo, z: float, away: float) -> Conflict:
     low, high = parameter.prior.interval(0.95)
     return Conflict(parameter, float(parameter.prior.ppf_normal(z)), (low, high), float(away))
+
+
+def _pressed(parameter: ParameterInfo, values: FloatArray, weight: FloatArray) -> list[Pressed]:
+    """An unknown that leans on an end of its prior, if it does; `values` are weighted draws of its posterior."""
+    mean = float(weight @ values)
+    reach = _PRESSED * float(np.sqrt(weight @ (values - mean) ** 2))
+    natural = (0.0 if bounds_of(parameter.parameter) != "any" else None, _LARGEST.get(parameter.parameter))
+    ends = zip(parameter.prior.support, natural, strict=True)
+    return [Pressed(parameter, mean, end) for end, nature in ends if end != nature and abs(mean - end) < reach]
 
 
 def _together(mean: FloatArray, covariance: FloatArray, believed: FloatArray) -> float:

@@ -21,10 +21,10 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.catalogue import QUANTITIES, SCALES
+from calib.catalogue import QUANTITIES, SCALES, display
 from calib.checks.departures import problem_under, values_near
 from calib.checks.plausible.base_friction import base_friction
-from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
+from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, Pressed, conflicts_in
 from calib.checks.plausible.outlook import Outlook, outlook_of
 from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
 from calib.checks.plausible.slips import Slip, slips_of
@@ -219,6 +219,8 @@ def _of_conflicts(conflicts: Conflicts) -> Iterator[Reason]:
         if abs(c.away) > doubtful and told < _MOST_CONFLICTS:
             told += 1
             yield Reason("prior", "red" if abs(c.away) > wrong else "amber", _conflict_in_words(c), _advice_on(c))
+    for p in conflicts.pressed[:_MOST_CONFLICTS]:
+        yield Reason("prior", "amber", _pressed_in_words(p), _advice_on_end(p))
     if not told and conflicts.together > DOUBTFUL:
         level: Level = "red" if conflicts.together > WRONG else "amber"
         names = " and ".join(c.parameter.name for c in [c for c in conflicts.unknowns if not c.is_scale][:2])
@@ -236,6 +238,19 @@ def _conflict_in_words(c: Conflict) -> str:
     name, (low, high) = c.parameter.parameter, c.expected
     bounds = f"{in_units(name, low, unit=False)} to {in_units(name, high)}"
     return f"the data put {c.parameter.name} at about {in_units(name, c.mean)}, {bounds} expected by its prior"
+
+
+def _pressed_in_words(p: Pressed) -> str:
+    name = p.parameter.parameter
+    side = "least" if p.end < p.mean else "most"
+    return (
+        f"the data put {p.parameter.name} at the end of its prior: about {in_units(name, p.mean)}, at {side} {display(name, p.end)} "
+        "allowed, which cuts it and what hangs on it"
+    )
+
+
+def _advice_on_end(p: Pressed) -> str:
+    return f"Look why {p.parameter.name} should not lie beyond, and else give it a prior that goes on there"
 
 
 def _advice_on(c: Conflict) -> str:

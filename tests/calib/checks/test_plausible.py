@@ -16,7 +16,7 @@ from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
 from calib.checks.plausible.base_friction import COEFFICIENT
 from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
 from calib.checks.plausible.slips import slips_of
-from calib.errors import Fault
+from calib.errors import Fault, InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import Points, Sweep, repeated_channels
 from calib.lab.reduction import NoiseEstimate
@@ -69,7 +69,14 @@ class Lab:
         return plausibility(build_problem(self.experiment, self.sweeps, ClosedForm()))
 
 
-def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float] | None = None, load_step: float = 0.0) -> Lab:
+def _lab(
+    seed: int = 0,
+    *,
+    force_alone: bool = False,
+    others: Mapping[str, float] | None = None,
+    load_step: float = 0.0,
+    compliance: float = 1e-6,
+) -> Lab:
     """One specimen; or two, if what differs in the second is given."""
     rng = np.random.default_rng(seed)
     names = ["sensor 1"] if others is None else ["sensor 1", "sensor 2"]
@@ -78,7 +85,7 @@ def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float
     for name in names:
         truth = {**TRUTH, **((others or {}) if name == "sensor 2" else {})}
         design = design_from({**truth, "indenter_radius": 5e-3})
-        rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12, load_step=load_step)
+        rig = Rig(0.1e-3, compliance, 0.2, 0.2e-12, load_step=load_step)
         tie: Literal["none", "force"] = "none" if force_alone else "force"
         sweep = synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=name, tie=tie, n_points=16)
         sweeps.append(_recorded(sweep, len(sweeps)))
@@ -214,6 +221,19 @@ def test_a_thickness_that_no_gauge_could_tell_so_well_is_amber() -> None:
     found = replace(lab, experiment=replace(lab.experiment, specimens=own)).check()
     assert "the prior of sensor_thickness[sensor 1] knows it to 20 nm" in _said(found)
     assert found.verdict.colour == "amber"
+
+
+@pytest.mark.parametrize(("low", "high", "side"), [(0.3e6, 0.6e6, "most"), (0.65e6, 2e6, "least")])
+def test_a_truth_beyond_the_end_of_a_prior_is_amber_and_the_end_is_named(low: float, high: float, side: str) -> None:
+    found = _lab().shared(young_modulus=Uniform(low, high)).check()
+    (reason,) = (r for r in found.reasons if r.gate == "prior")
+    end = high if side == "most" else low
+    assert "young_modulus at the end of its prior: about 0." in reason.finding
+    assert f"at {side} {end / 1e6:g} MPa allowed" in reason.finding
+
+
+def test_a_prior_that_ends_where_there_is_nothing_beyond_may_be_leant_on() -> None:
+    assert not _lab(compliance=0.0).shared(machine_compliance=Uniform(0.0, 1e-4)).check().reasons
 
 
 def test_a_capacitance_of_another_specimen_is_not_green() -> None:
@@ -539,3 +559,6 @@ def test_friction_on_a_slippery_base_is_said_to_do_what_it_does() -> None:
     for experiment, model in ((labs[0][0], load_surrogate()), (named, rubs)):
         answered = plausibility(build_problem(experiment, [labs[1][1]], model))
         assert "base" not in {reason.gate for reason in answered.reasons}
+    beyond = replace(named, priors={**named.priors, "base_friction_coefficient": Uniform(0.0, 6.0)})
+    with pytest.raises(InputError, match=r"covers base_friction_coefficient from 0 to 1\.5, got 3\. Give base_friction_coeff"):
+        build_problem(beyond, [labs[1][1]], rubs)

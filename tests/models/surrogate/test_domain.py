@@ -68,7 +68,7 @@ def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end() -> None:
         assert neo.serves(design)[0] == plain
         assert gent.serves(design)[0]
         assert inside(groups_of(design, gent), gent)[0] == inside_gent
-    assert violated(groups_of(design, gent), gent) == "1/J_m from 0 to 0.1, got 0.11"
+    assert violated(groups_of(design, gent), gent) == "stiffening from 0 to 0.1, got 0.11"
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=lambda f: f.name)
