@@ -21,7 +21,9 @@ SUSPICIOUS, SUSPICIOUS_ALONE, SUSPICIOUS_SCALE = 1.6, 2.5, 1.5
 # A posterior whose mean is less than this many of its standard deviations from an end is cut by it near its mode, or before: a
 # normal one at its mode has 1.32, an exponential one that falls from the end 1.
 _PRESSED = 1.4
-# Largest values that there are; smallest, of what cannot be negative, is zero.
+# Below these there is nothing that the model without this unknown, which is asked beside, does not say as well.
+_SMALLEST = {"friction_coefficient": 0.05, "base_friction_coefficient": 0.05}
+# Largest values that there are; the smallest, of what cannot be negative, is zero.
 _LARGEST = {"padding_poisson_ratio": INCOMPRESSIBLE}
 # An unknown or a direction is learned if its variance is less than this share of the prior's.
 _LEARNED = 0.5
@@ -138,9 +140,11 @@ def _pressed(parameter: ParameterInfo, values: FloatArray, weight: FloatArray) -
     """An unknown that leans on an end of its prior, if it does; `values` are weighted draws of its posterior."""
     mean = float(weight @ values)
     reach = _PRESSED * float(np.sqrt(weight @ (values - mean) ** 2))
-    natural = (0.0 if bounds_of(parameter.parameter) != "any" else None, _LARGEST.get(parameter.parameter))
-    ends = zip(parameter.prior.support, natural, strict=True)
-    return [Pressed(parameter, mean, end) for end, nature in ends if end != nature and abs(mean - end) < reach]
+    name = parameter.parameter
+    low, high = parameter.prior.support
+    least = -np.inf if bounds_of(name) == "any" else _SMALLEST.get(name, 0.0)
+    ends = [*([low] if low > least else []), *([high] if high < _LARGEST.get(name, np.inf) else [])]
+    return [Pressed(parameter, mean, end) for end in ends if abs(mean - end) < reach]
 
 
 def _together(mean: FloatArray, covariance: FloatArray, believed: FloatArray) -> float:
