@@ -318,7 +318,13 @@ def _calibrate(lab: Path, model: str, n: int, stages: Stages | None = None) -> t
 def _stages(make_posterior: MakePosterior, reweight: Callable[..., Posterior]) -> Stages:
     """A posterior made by hand, of which nothing else is asked."""
     made = make_posterior(n_specimen=1)
-    return Stages(lambda *_, **__: made, lambda posterior, _: posterior, reweight, look_elsewhere=lambda *_: Elsewhere())
+    return Stages(
+        lambda *_, **__: made,
+        lambda posterior, _: posterior,
+        reweight,
+        look_elsewhere=lambda *_: Elsewhere(),
+        foretell_blocks=lambda posterior, *_: posterior,
+    )
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -130,8 +130,9 @@ def _brief(steps: int) -> Stages:
 
 
 def _made(sample: Callable[..., Posterior], **others: Any) -> Stages:
-    """Stages of a calibration that is given its posterior, of which neither other models nor the finite elements are asked."""
-    others = {"spot_check": lambda posterior, _: posterior, "look_elsewhere": lambda *_: Elsewhere(), **others}
+    """Stages of a calibration that is given its posterior, of which nothing else is asked."""
+    same = {"spot_check": lambda posterior, _: posterior, "foretell_blocks": lambda posterior, *_: posterior}
+    others = {**same, "look_elsewhere": lambda *_: Elsewhere(), **others}
     return Stages(sample, check=lambda _: None, **others)
 
 

@@ -44,8 +44,14 @@ def _brief(steps: int) -> Stages:
 
 
 def _made(sampled: Callable[..., Posterior]) -> Stages:
-    """Stages of a calibration of which neither other models nor the finite elements are asked."""
-    return Stages(sampled, lambda posterior, _: posterior, look_elsewhere=lambda *_: Elsewhere(), check=lambda _: None)
+    """Stages of a calibration of which nothing else is asked."""
+    return Stages(
+        sampled,
+        lambda posterior, _: posterior,
+        look_elsewhere=lambda *_: Elsewhere(),
+        foretell_blocks=lambda posterior, *_: posterior,
+        check=lambda _: None,
+    )
 
 
 def _run(*words: object, stages: Stages | None = None) -> Result:

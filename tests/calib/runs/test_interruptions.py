@@ -6,6 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,7 +133,7 @@ def test_bad_input_found_later_keeps_what_was_sampled(lab: Path) -> None:
 def test_an_empty_folder_may_become_a_run_and_a_folder_with_anything_else_may_not(
     lab: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
-    stages = Stages(lambda *_, **__: make_posterior(n_specimen=1), lambda p, _: p, page=lambda *_: "page")
+    stages = replace(QUICK, sample=lambda *_, **__: make_posterior(n_specimen=1))
     (lab / "run").mkdir()
     quick(lab, stages=stages)
     for name in ("file", "folder/notes.txt"):

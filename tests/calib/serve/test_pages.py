@@ -19,7 +19,7 @@ import pytest
 from letting_in import SCRIPT, Work, let_in
 from PIL import Image
 from small_lab import EXPERIMENT, write_lab, write_press
-from small_run import make_lab, quick
+from small_run import QUICK, make_lab, quick
 from starlette.testclient import TestClient
 
 from calib.decision import Requirement, largest_force, recommend
@@ -653,13 +653,8 @@ def test_the_folder_of_a_run_opens_the_page_with_that_run(finished: Work) -> Non
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Work:
     """The page of a folder with a run that measured capacitance."""
-    from calib.runs.calibration import Stages
-
     lab = make_lab(tmp_path_factory.mktemp("padding"))
-    quick(
-        lab,
-        stages=Stages(lambda *_, **__: make_posterior(), lambda p, _: p, page=lambda *_: "<p>page</p>", check=lambda _: None),
-    )
+    quick(lab, stages=replace(QUICK, sample=lambda *_, **__: make_posterior()))
     return Work(let_in(space := open_workspace(lab)), space)
 
 
