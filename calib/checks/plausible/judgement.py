@@ -24,7 +24,16 @@ import numpy as np
 from calib.catalogue import QUANTITIES, SCALES, display
 from calib.checks.departures import problem_under, values_near
 from calib.checks.plausible.base_friction import base_friction
-from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, Pressed, conflicts_in
+from calib.checks.plausible.conflicts import (
+    DOUBTFUL,
+    HIGH_SCALE,
+    WRONG,
+    WRONG_SCALE,
+    Conflict,
+    Conflicts,
+    Pressed,
+    conflicts_in,
+)
 from calib.checks.plausible.outlook import Outlook, outlook_of
 from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
 from calib.checks.plausible.slips import Slip, slips_of
@@ -242,10 +251,10 @@ def _conflict_in_words(c: Conflict) -> str:
 
 def _pressed_in_words(p: Pressed) -> str:
     name = p.parameter.parameter
-    side = "least" if p.end < p.mean else "most"
+    allowed = f"at {'least' if p.end < p.mean else 'most'} {display(name, p.end)} allowed"
+    mean = in_units(name, p.mean)
     return (
-        f"the data put {p.parameter.name} at the end of its prior: about {in_units(name, p.mean)}, at {side} {display(name, p.end)} "
-        "allowed, which cuts it and what hangs on it"
+        f"the data put {p.parameter.name} at the end of its prior: about {mean}, {allowed}, which cuts it and what hangs on it"
     )
 
 
