@@ -108,7 +108,7 @@ POISSON_RATIO = Group(
     "incompressible padding",
     0.1,
 )
-#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the rim of the disc holds, and curves jump, see
+#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the rim of the disc holds, and curves jump:
 #: `models.fem.sliding`.
 BASE_FRICTION = Group(
     "base_friction_coefficient",
