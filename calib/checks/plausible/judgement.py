@@ -252,10 +252,8 @@ def _conflict_in_words(c: Conflict) -> str:
 def _pressed_in_words(p: Pressed) -> str:
     name = p.parameter.parameter
     allowed = f"at {'least' if p.end < p.mean else 'most'} {display(name, p.end)} allowed"
-    mean = in_units(name, p.mean)
-    return (
-        f"the data put {p.parameter.name} at the end of its prior: about {mean}, {allowed}, which cuts it and what hangs on it"
-    )
+    found = f"the data put {p.parameter.name} at the end of its prior: about {in_units(name, p.mean)}"
+    return f"{found}, {allowed}, which cuts it and what hangs on it"
 
 
 def _advice_on_end(p: Pressed) -> str:
