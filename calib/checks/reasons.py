@@ -13,6 +13,7 @@ from scipy.special import ndtri
 
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.departures import BAYES_LIMITS, MOVED_LIMIT, moved_by
+from calib.checks.ends import ends_that_cut
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.digits import with_uncertainty
@@ -37,7 +38,7 @@ OF_MODELS = "reasons of the models"
 #: Gates of a calibration -> what it means that one is green.
 GREEN: Mapping[str, str] = {
     "convergence": "the chains meet the gate of the run",
-    "prior": "no posterior mean contradicts what was believed before",
+    "prior": "no posterior mean contradicts what was believed before, and no prior's end cuts one",
     "fit": "the model describes every channel within what it claims",
     "left-out data": "each part of a press lies where all other data let one expect",
     "lab data": "no check of a lab file speaks against its use",
@@ -75,7 +76,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _departures, _specimens, _left_out, _quality, _prior_driven, _range)
+    gates = (_convergence, _surrogate, _conflict, _cut, _departures, _specimens, _left_out, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
     found += [*_kept(posterior, found), *more]
@@ -150,6 +151,14 @@ def _conflict(posterior: Posterior) -> Iterator[Reason]:
         if names:
             told = _first([_conflict_in_words(n, summaries[n]) for n in names], "; ")
             yield Reason("prior", level, f"the data contradict what was believed before: {told}", _ADVICE_PRIOR)
+
+
+def _cut(posterior: Posterior) -> Iterator[Reason]:
+    """Unknowns that lean on the end of a prior; noises and discrepancies have none."""
+    for parameter in posterior.parameters:
+        s = posterior.diagnostics.parameters.get(parameter.name)
+        if s is not None and s.prior_contraction > LEARNED:
+            yield from ends_that_cut(parameter, s.mean, s.sd)
 
 
 def _conflict_in_words(name: str, s: ParameterSummary) -> str:

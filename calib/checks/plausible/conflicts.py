@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, ndtri_exp
 
-from calib.catalogue import SCALES, bounds_of
+from calib.catalogue import SCALES
+from calib.checks.ends import ends_that_cut
+from calib.checks.verdict import Reason
 from calib.problem import ParameterInfo, prior_covariance
 from calib.sampling import Look
-from models.sensor import INCOMPRESSIBLE, FloatArray
+from models.sensor import FloatArray
 
 #: Distances, in standard deviations, beyond which something is in the way of the priors, and beyond which they are wrong.
 DOUBTFUL, WRONG = 3.9, 6.0
@@ -18,13 +20,6 @@ DOUBTFUL, WRONG = 3.9, 6.0
 HIGH_SCALE, WRONG_SCALE = 3.0, 5.0
 #: Distance from which on other readings of the data are tried: as of one in twenty sound labs.
 SUSPICIOUS, SUSPICIOUS_ALONE, SUSPICIOUS_SCALE = 1.6, 2.5, 1.5
-# A posterior whose mean is less than this many of its standard deviations from an end is cut by it near its mode, or before: a
-# normal one at its mode has 1.32, an exponential one that falls from the end 1.
-_PRESSED = 1.4
-# Below these there is nothing that the model without this unknown, which is asked beside, does not say as well.
-_SMALLEST = {"friction_coefficient": 0.05, "base_friction_coefficient": 0.05}
-# Largest values that there are; the smallest, of what cannot be negative, is zero.
-_LARGEST = {"padding_poisson_ratio": INCOMPRESSIBLE}
 # An unknown or a direction is learned if its variance is less than this share of the prior's.
 _LEARNED = 0.5
 
@@ -53,35 +48,19 @@ class Conflict:
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """One unknown that the data would have beyond the end of its prior, where that is not the end of what there can be.
-
-    Attributes
-    ----------
-    parameter : which unknown.
-    mean : of its posterior, SI.
-    end : of its prior, SI.
-    """
-
-    parameter: ParameterInfo
-    mean: float
-    end: float
-
-
-@dataclass(frozen=True)
 class Conflicts:
     """How far a posterior lies from its priors.
 
     Attributes
     ----------
     unknowns : of each unknown that the data tell something of, the worst first.
-    pressed : the unknowns whose posterior is cut by the end of a prior.
+    cut : what is said of unknowns whose posterior is cut by the end of a prior.
     together : distance of all unknowns but the scales at once, as standard deviations of one normal number.
     misfit : distance of the misfit at the mode from its expectation, likewise.
     """
 
     unknowns: tuple[Conflict, ...]
-    pressed: tuple[Pressed, ...]
+    cut: tuple[Reason, ...]
     together: float
     misfit: float
 
@@ -97,7 +76,7 @@ class Conflicts:
         scales = max((c.away for c in self.unknowns if c.is_scale), default=0.0)
         others = max((abs(c.away) for c in self.unknowns if not c.is_scale), default=0.0)
         together = max(self.together, self.misfit)
-        return bool(self.pressed) or together > SUSPICIOUS or scales > SUSPICIOUS_SCALE or others > SUSPICIOUS_ALONE
+        return bool(self.cut) or together > SUSPICIOUS or scales > SUSPICIOUS_SCALE or others > SUSPICIOUS_ALONE
 
 
 def conflicts_in(look: Look) -> Conflicts:
@@ -116,35 +95,26 @@ def conflicts_in(look: Look) -> Conflicts:
     variance = np.diagonal(covariance)
     scale = np.array([p.parameter in SCALES for p in problem.parameters])
     believed = prior_covariance(problem, mean.size)
-    found, pressed = [], []
+    found, cut = [], []
     for k, parameter in enumerate(problem.parameters):
         told = 1 - variance[k]
         if scale[k]:
             found.append(_conflict(parameter, mean[k], max(mean[k], 0.0)))
         elif told > _LEARNED:
             found.append(_conflict(parameter, mean[k], mean[k] / np.sqrt(told)))
-            pressed += _pressed(parameter, parameter.prior.ppf_normal(theta[:, k]), weight)
+            values = parameter.prior.ppf_normal(theta[:, k])
+            middle = float(weight @ values)
+            cut += ends_that_cut(parameter, middle, float(np.sqrt(weight @ (values - middle) ** 2)))
     rest = np.flatnonzero(~scale)
     among = np.ix_(rest, rest)
     together = _together(mean[rest], covariance[among], believed[among]) if rest.size else 0.0
     by_size = tuple(sorted(found, key=lambda c: -abs(c.away)))
-    return Conflicts(by_size, tuple(pressed), together, _as_normal(look.misfit, look.n_point))
+    return Conflicts(by_size, tuple(cut), together, _as_normal(look.misfit, look.n_point))
 
 
 def _conflict(parameter: ParameterInfo, z: float, away: float) -> Conflict:
     low, high = parameter.prior.interval(0.95)
     return Conflict(parameter, float(parameter.prior.ppf_normal(z)), (low, high), float(away))
-
-
-def _pressed(parameter: ParameterInfo, values: FloatArray, weight: FloatArray) -> list[Pressed]:
-    """An unknown that leans on an end of its prior, if it does; `values` are weighted draws of its posterior."""
-    mean = float(weight @ values)
-    reach = _PRESSED * float(np.sqrt(weight @ (values - mean) ** 2))
-    name = parameter.parameter
-    low, high = parameter.prior.support
-    least = -np.inf if bounds_of(name) == "any" else _SMALLEST.get(name, 0.0)
-    ends = [*([low] if low > least else []), *([high] if high < _LARGEST.get(name, np.inf) else [])]
-    return [Pressed(parameter, mean, end) for end in ends if abs(mean - end) < reach]
 
 
 def _together(mean: FloatArray, covariance: FloatArray, believed: FloatArray) -> float:

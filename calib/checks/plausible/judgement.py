@@ -21,7 +21,7 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.catalogue import QUANTITIES, SCALES, display
+from calib.catalogue import QUANTITIES, SCALES
 from calib.checks.departures import problem_under, values_near
 from calib.checks.plausible.base_friction import base_friction
 from calib.checks.plausible.conflicts import (
@@ -31,7 +31,6 @@ from calib.checks.plausible.conflicts import (
     WRONG_SCALE,
     Conflict,
     Conflicts,
-    Pressed,
     conflicts_in,
 )
 from calib.checks.plausible.outlook import Outlook, outlook_of
@@ -228,8 +227,7 @@ def _of_conflicts(conflicts: Conflicts) -> Iterator[Reason]:
         if abs(c.away) > doubtful and told < _MOST_CONFLICTS:
             told += 1
             yield Reason("prior", "red" if abs(c.away) > wrong else "amber", _conflict_in_words(c), _advice_on(c))
-    for p in conflicts.pressed[:_MOST_CONFLICTS]:
-        yield Reason("prior", "amber", _pressed_in_words(p), _advice_on_end(p))
+    yield from conflicts.cut[:_MOST_CONFLICTS]
     if not told and conflicts.together > DOUBTFUL:
         level: Level = "red" if conflicts.together > WRONG else "amber"
         names = " and ".join(c.parameter.name for c in [c for c in conflicts.unknowns if not c.is_scale][:2])
@@ -247,17 +245,6 @@ def _conflict_in_words(c: Conflict) -> str:
     name, (low, high) = c.parameter.parameter, c.expected
     bounds = f"{in_units(name, low, unit=False)} to {in_units(name, high)}"
     return f"the data put {c.parameter.name} at about {in_units(name, c.mean)}, {bounds} expected by its prior"
-
-
-def _pressed_in_words(p: Pressed) -> str:
-    name = p.parameter.parameter
-    allowed = f"at {'least' if p.end < p.mean else 'most'} {display(name, p.end)} allowed"
-    found = f"the data put {p.parameter.name} at the end of its prior: about {in_units(name, p.mean)}"
-    return f"{found}, {allowed}, which cuts it and what hangs on it"
-
-
-def _advice_on_end(p: Pressed) -> str:
-    return f"Look why {p.parameter.name} should not lie beyond, and else give it a prior that goes on there"
 
 
 def _advice_on(c: Conflict) -> str:

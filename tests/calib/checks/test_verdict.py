@@ -18,6 +18,7 @@ from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.experiment import Unedited
 from calib.lab import Grade
+from calib.priors import Prior, TruncatedNormal, Uniform
 from calib.sampling import Departure, FirstEstimate, Foretold, Posterior
 from models.analytic import ClosedForm
 
@@ -52,6 +53,30 @@ def test_red_comes_before_amber_and_files_keep_it_all() -> None:
     assert verdict_of([amber]).colour == "amber"
     assert verdict_from_plain(json.loads(json.dumps(verdict.to_plain()))) == verdict
     assert Verdict().to_plain() == {"colour": "green", "reasons": []}
+
+
+@pytest.mark.parametrize(
+    ("name", "prior", "cuts"),
+    [
+        ("young_modulus", lambda m, s: Uniform(0.5 * m, m + 1.2 * s), True),
+        ("young_modulus", lambda m, s: Uniform(m - 1.2 * s, 2 * m), True),
+        ("young_modulus", lambda m, s: TruncatedNormal(m, m, 0.5 * m, m + 1.2 * s), True),
+        ("young_modulus", lambda m, s: Uniform(m - 2 * s, m + 2 * s), False),
+        ("machine_compliance", lambda m, s: Uniform(0.0, 9 * m), False),
+        ("parasitic_capacitance", lambda m, s: Uniform(m - s, m + 9 * s), True),
+    ],
+)
+def test_a_prior_whose_end_cuts_what_the_data_say_is_amber_unless_there_is_nothing_beyond(
+    make_posterior: MakePosterior, name: str, prior: Callable[[float, float], Prior], cuts: bool
+) -> None:
+    posterior = _moved(make_posterior(), name, prior_contraction=0.97)
+    s = posterior.diagnostics.parameters[name]
+    if name == "machine_compliance":  # at the end of what there is
+        posterior = _moved(posterior, name, mean=s.sd)
+    own = prior(s.mean, s.sd)
+    parameters = tuple(replace(p, prior=own) if p.name == name else p for p in posterior.parameters)
+    found = [r for r in judge_posterior(replace(posterior, parameters=parameters)).reasons if r.gate == "prior"]
+    assert [(r.level, f"{name} at the end of its prior" in r.finding) for r in found] == ([("amber", True)] if cuts else [])
 
 
 @pytest.mark.parametrize(("shift", "level"), [(0.9, None), (1.01, "amber"), (1.6, "red")])
