@@ -95,7 +95,8 @@ def conflicts_in(look: Look) -> Conflicts:
     variance = np.diagonal(covariance)
     scale = np.array([p.parameter in SCALES for p in problem.parameters])
     believed = prior_covariance(problem, mean.size)
-    found, cut = [], []
+    found: list[Conflict] = []
+    cut: list[Reason] = []
     for k, parameter in enumerate(problem.parameters):
         told = 1 - variance[k]
         if scale[k]:
