@@ -55,6 +55,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["sound", "--labs", "1", "--candidates", "own-padding", "--processes", "0"],
         "| sound | 1 | as given |",
     ),
+    "bases.py": (["slippery", "--labs", "1", "--processes", "0"], "| slippery | thicknesses measured | 1 | 1 | 0 |"),
     "batch.py": (
         [
             *("--lots", "1", "--lot", "1", "--new", "1", "--exact", "0", "--surrogate", "--steps", str(BLOCK)),
