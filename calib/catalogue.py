@@ -182,6 +182,10 @@ def _named_and_loaded(s: Setting) -> bool:
     return s.given == "fixed" or (s.given == "prior" and (_pressed(s) or "force" in s.ties))
 
 
+def _named_and_travelled(s: Setting) -> bool:
+    return s.given == "fixed" or (s.given == "prior" and _crosshead(s))
+
+
 def _named_and_pressed(s: Setting) -> bool:
     return s.given == "fixed" or (s.given == "prior" and _pressed(s) and "force" not in s.ties)
 
@@ -381,6 +385,17 @@ _ROWS: tuple[Unknown, ...] = (
         example="{ normal = [1, 0.001] }",
         exists=_named_and_electrical,
         when="the experiment names it, as by the accuracy that the LCR meter's manual states at its range and frequency",
+        derived="1",
+    ),
+    Unknown(
+        Parameter("displacement_gain", "g_x", "", "", 1.0, "gain of the travel (reading over true travel)"),
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example="{ normal = [1, 0.005] }",
+        exists=_named_and_travelled,
+        when="the experiment names it, as by its class: an error of up to 1 % is { normal = [1, 0.005] }",
         derived="1",
     ),
     Unknown(

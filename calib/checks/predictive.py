@@ -322,8 +322,9 @@ def _loads(parts: _Parts, sweep: Sweep, channel: str) -> FloatArray:
         return np.asarray(np.interp(points.displacement, tester.displacement[order], tester.value[order]), dtype=float)
     member, values = max(parts, key=lambda part: part[0].weight)
     middle = {k: np.array([np.median(v)]) for k, v in values.items()}
-    offset = lookup(middle, "contact_offset", sweep.specimen, sweep.name)
-    depth = np.maximum(points.displacement - (0.0 if offset is None else float(offset[0])), 0.0)
+    offset, gain = (lookup(middle, name, sweep.specimen, sweep.name) for name in ("contact_offset", "displacement_gain"))
+    travel = points.displacement - (0.0 if offset is None else float(offset[0]))
+    depth = np.maximum(travel / (1.0 if gain is None else float(gain[0])), 0.0)
     response = member.forward.respond(specimen_design(member.posterior, middle, sweep.specimen, sweep.name), depth[None, :])
     return np.asarray(response.force[0], dtype=float)
 

@@ -162,6 +162,7 @@ def expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> tu
         **zeros,
         machine_compliance=value("machine_compliance"),
         parasitic_capacitance=value("parasitic_capacitance"),
+        displacement_gain=value("displacement_gain", 1.0),
         force_gain=value("force_gain", 1.0),
         capacitance_gain=value("capacitance_gain", 1.0),
         force_noise=value("force_noise", 5e-3),

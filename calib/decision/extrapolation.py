@@ -240,7 +240,8 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
     readings = [p.displacement for p in sweep.channels.values() if p.displacement is not None]
     readings += [sweep.track.displacement] if sweep.track is not None else []
     reading = max((float(np.max(r)) for r in readings), default=0.0)
-    depth = reading - value("contact_offset", reading) - value("machine_compliance", 0.0) * force
+    travel = (reading - value("contact_offset", reading)) / value("displacement_gain", 1.0)
+    depth = travel - value("machine_compliance", 0.0) * force
     # Not by way of a design: an average of models has not every unknown that the first of them has.
     sensor, padding = (value(name, math.nan) for name in ("sensor_thickness", "padding_thickness"))
     return Measured(force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius)

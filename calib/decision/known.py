@@ -65,5 +65,5 @@ def force_reached(known: Known, sweep: Sweep) -> float:
         return (max(float(np.max(load)) for load in loads) - zero) / value("force_gain", 1.0)
     reading = max(float(np.max(p.displacement)) for p in sweep.channels.values() if p.displacement is not None)
     design = specimen_design(known.problem, values, sweep.specimen, sweep.name)
-    depth = np.array([max(reading - value("contact_offset", 0.0), 0.0)])
+    depth = np.array([max((reading - value("contact_offset", 0.0)) / value("displacement_gain", 1.0), 0.0)])
     return float(known.problem.forward.respond(design, depth).force.flat[0])

@@ -56,6 +56,7 @@ READINGS: Mapping[str, Usual] = MappingProxyType(
         "indenter_radius": Usual(5.0, "three diameters by micrometer", 2e-6, "measure the ball's radius by micrometer"),
         "machine_compliance": Usual(15.0, "three slopes to full force", 0.1e-6, "press the ball onto bare steel"),
         "parasitic_capacitance": Usual(15.0, "leads and fixture without sensor", 0.1e-12, "measure the open fixture"),
+        "displacement_gain": Usual(15.0, "three gauge blocks", 0.001, "hold the crosshead against gauge blocks"),
         "force_gain": Usual(20.0, "five dead weights", 0.0005, "check the load cell with dead weights"),
         "capacitance_gain": Usual(15.0, "one standard near the sensor's", 0.0002, "check the meter with a standard capacitor"),
     }

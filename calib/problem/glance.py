@@ -100,14 +100,18 @@ def _glances(sweep: Sweep, way: WayDown, rng: np.random.Generator) -> Iterator[G
         own_sd = np.hypot(own[f"{name}_noise"][:, 0] * share, own[f"{name}_discrepancy"][:, 0] * signal)
         return np.asarray(own_sd * rng.standard_normal(n), dtype=float)
 
-    by_travel = _by_travel(table, own["machine_compliance"], end.travel, rng) if np.isfinite(end.travel) else None
+    gain_x = np.ravel(own.gain("displacement")) * np.ones(n)
+    by_travel = None
+    if np.isfinite(end.travel):
+        by_travel = _by_travel(table, own["machine_compliance"], end.travel / gain_x[:, None], rng)
     by_load = look_up_force(table, np.full((n, 1), end.load) / own.gain("force")) if end.load > 0 else None
     if by_travel is not None:
         force = by_travel.at(table.force)[:, 0] * np.ravel(own.gain("force"))
         yield seen("force", end.load, force + noise("force", force), by_travel, table.force[:, -1])
         if by_load is not None:
             depth = by_load.at(table.depth)[:, 0]
-            yield seen("depth", end.travel, depth + own["machine_compliance"][:, 0] * end.load, by_load, table.depth[:, -1])
+            travel = gain_x * (depth + own["machine_compliance"][:, 0] * end.load)
+            yield seen("depth", end.travel, travel, by_load, table.depth[:, -1])
     channel = sweep.channels.get("capacitance")
     place = by_travel if by_travel is not None else by_load
     if channel is None:
@@ -123,7 +127,7 @@ def _glances(sweep: Sweep, way: WayDown, rng: np.random.Generator) -> Iterator[G
         yield seen("capacitance change", last - first, noisy, place, ideal[:, -1])
 
 
-def _by_travel(table: Response, compliance: FloatArray, travel: float, rng: np.random.Generator) -> Lookup:
+def _by_travel(table: Response, compliance: FloatArray, travel: FloatArray, rng: np.random.Generator) -> Lookup:
     """Where on each draw's loading curve (1) of `calib.problem.measurement` has the crosshead so far below contact."""
     crosshead = np.maximum.accumulate(table.depth + compliance * table.force, axis=-1)
     sd = _CONTACT + _CONTACT_SHARE * travel

@@ -2,12 +2,12 @@
 
 Measurement model of a sweep, readings i of the tester and j of the LCR meter:
 
-    d_i = reading_i - d_0 - c_m f_i / g_F           true indentation; before contact F = 0 and C = C0              (1)
+    d_i = (reading_i - d_0) / g_x - c_m f_i / g_F   true indentation; before contact F = 0 and C = C0              (1)
     f_i = g_F F(d_i) + F_0 + F_1 [d_i > 0] + error                                                                (2)
     C_j = g_C C(d_j) + C_p + error                                                                                (3)
 
-with the gains g_F and g_C of the instruments, 1 unless they are unknown, F_1 the step of a load zero that was set anew at the
-touch, 0 unless it is, which sets in over one distance of the points, and d_j from (1) at the tester's record at time
+with the gains g_x, g_F and g_C of the instruments, 1 unless they are unknown, F_1 the step of a load zero that was set anew at
+the touch, 0 unless it is, which sets in over one distance of the points, and d_j from (1) at the tester's record at time
 t_j + clock offset; or from F^-1((f_j - F_0) / g_F), where the LCR file has a force column; or from (1) at its own displacement
 column. The errors of a channel (n points) are normal with covariance
 
@@ -16,7 +16,7 @@ column. The errors of a channel (n points) are normal with covariance
 Where the load that (1) takes is the reading f_i itself, one that is off by e stands for a depth that is off by c_m e / g_F,
 and what is left of it after (2) is too large. To first order what the crosshead's reading alone predicts is off by
 
-    [f_i - F_0 - g_F F(d_i)] (1 - c_m s_i / g_F),   s_i = df/dreading at the point                                  (5)
+    [f_i - F_0 - g_F F(d_i)] (1 - c_m s_i g_x / g_F),   s_i = df/dreading at the point                              (5)
 
 with s_i as it was read; and so are the last two terms of (4). The noise is not, as the frame gives way by the true load.
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
@@ -271,7 +271,7 @@ def reach(
     if np.any(inside):
         ends = forward.respond(_batch(design, inside, known.experiment), limit[inside][:, None])
         some = own.of(inside)
-        reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
+        reading[inside] = (limit[inside][:, None] * some.gain("displacement") + some["contact_offset"])[:, 0]
         load[inside] = (ends.force * some.gain("force") + some["load_zero"] + some["load_step"])[:, 0]
     return reading, load
 
@@ -302,7 +302,8 @@ class _SweepValues:
 
 def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) -> FloatArray:
     """True indentation [m] by (1), (n_draw, n_point)."""
-    return np.asarray(reading - own["contact_offset"] - own["machine_compliance"] * (force / own.gain("force")), dtype=float)
+    travel = (reading - own["contact_offset"]) / own.gain("displacement")
+    return np.asarray(travel - own["machine_compliance"] * (force / own.gain("force")), dtype=float)
 
 
 def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> FloatArray:
@@ -318,7 +319,7 @@ def _look_up_tied(own: _SweepValues, channel: ChannelPlan, table: Response) -> L
         return look_up_force(table, (present(channel.points.force) - own["load_zero"]) / own.gain("force"))
     # No load was read here: (1) with the model's own force, which grows with depth.
     crosshead = np.maximum.accumulate(table.depth + own["machine_compliance"] * table.force, axis=-1)
-    return look_up(crosshead, present(channel.points.displacement) - own["contact_offset"])
+    return look_up(crosshead, (present(channel.points.displacement) - own["contact_offset"]) / own.gain("displacement"))
 
 
 def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, place: Lookup | None) -> PredictedReadings:
@@ -337,7 +338,7 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
     if name == "force":
         mean = mean + own["load_step"] * _in_contact(depth, points.displacement)
     if channel.slope is not None:
-        share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
+        share = np.maximum(1 - own["machine_compliance"] * channel.slope * own.gain("displacement") / gain, _LEAST_SHARE)
         mean = points.value - (points.value - mean) * share
         own_sd, error = own_sd * share, error * share[..., None]
     if at.own_modes and np.isfinite(channel.deepest):  # presses that repeat each other do not share these
@@ -345,7 +346,7 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         error = error[..., : -at.own_modes]
     correlation = channel.correlation
     if correlation is None:
-        deepest = channel.deepest - own["machine_compliance"] * channel.deepest_load
+        deepest = channel.deepest / own.gain("displacement") - own["machine_compliance"] * channel.deepest_load
         correlation = shared_correlation(depth / np.maximum(deepest, _LEAST_SHARE * channel.deepest))
     variance = variance + own_sd**2 * correlation.rest
     return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, correlation))

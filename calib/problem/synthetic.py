@@ -20,8 +20,8 @@ class Rig:
 
     Attributes
     ----------
-    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset, force_gain, capacitance_gain : true
-        values of these unknowns.
+    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset, displacement_gain, force_gain,
+        capacitance_gain : true values of these unknowns.
     force_noise, capacitance_noise : [N], [F], sd of one reading.
     n_effective : [1], independent readings behind each point.
     speed : [m/s], of the crosshead.
@@ -33,6 +33,7 @@ class Rig:
     load_zero: float = 0.0
     parasitic_capacitance: float = 0.0
     clock_offset: float = 0.0
+    displacement_gain: float = 1.0
     force_gain: float = 1.0
     capacitance_gain: float = 1.0
     force_noise: float = 5e-3
@@ -85,7 +86,7 @@ def synthetic_sweep(
     path = np.linspace(-approach, depth, 1500)
     response = forward.respond(design, path)
     force = rig.force_gain * response.force + rig.load_zero + rig.load_step * (path > 0)
-    reading = path + rig.contact_offset + rig.machine_compliance * force / rig.force_gain
+    reading = rig.displacement_gain * (path + rig.machine_compliance * force / rig.force_gain) + rig.contact_offset
     time = (reading - reading[0]) / rig.speed
     capacitance = rig.capacitance_gain * response.capacitance + rig.parasitic_capacitance
     at = np.linspace(-0.95 * approach, 0.99 * depth, n_points)

@@ -12,6 +12,7 @@ _BALANCE, _EXACT = 1.0, 0.1
 # What is taken as exact, and how an error of it is told.
 _TAKEN = {
     "force_gain": "an exact load cell: one that reads {:g} % too high",
+    "displacement_gain": "an exact travel: one that reads {:g} % too large",
     "indenter_radius": "an exact ball radius: a ball that is {:g} % larger",
 }
 

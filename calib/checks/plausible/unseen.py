@@ -1,7 +1,7 @@
 """A look at a posterior in, what errors of the rig that no check can see would do to a modulus out.
 
-A load cell of another gain, or a ball of another radius, makes just the data of a silicone of another modulus. What is not
-named among the priors is taken as exact, and by how much a modulus hangs on it is told by another first answer.
+A load cell or a crosshead of another gain, or a ball of another radius, makes just the data of a silicone of another modulus.
+What is not named among the priors is taken as exact, and by how much a modulus hangs on it is told by another first answer.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ from calib.problem import Problem, build_problem
 from calib.sampling import FirstEstimate, Look, answer_of, first_answer
 
 #: What is taken as exact, or as not there, unless an experiment names it.
-Cause = Literal["load_step", "force_gain", "indenter_radius"]
+Cause = Literal["load_step", "force_gain", "displacement_gain", "indenter_radius"]
 
 #: Attribute of a posterior that keeps what no check can see, as `unseen_to_text` writes it.
 UNSEEN = "not seen in the data"
-# An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), and of a ball by the caliper.
+# An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), of a crosshead of class 1
+# (ISO 9513), and of a ball by the caliper.
 _SHARE = 0.01
 # Specimens with which it is said, as each takes another first answer.
 _MOST_SPECIMENS = 4
 _MODULI = ("young_modulus", "padding_young_modulus")
-_WHAT = {"force_gain": "the load cell reads", "indenter_radius": "the ball is"}
-_MORE = {"force_gain": "too high", "indenter_radius": "larger than said"}
+_WHAT = {"force_gain": "the load cell reads", "displacement_gain": "the travel reads", "indenter_radius": "the ball is"}
+_MORE = {"force_gain": "too high", "displacement_gain": "too large", "indenter_radius": "larger than said"}
 
 
 @dataclass(frozen=True)
@@ -149,6 +150,8 @@ def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[t
         yield "load_step", step, replace(experiment, specimens=own)
     if "force_gain" not in named:
         yield "force_gain", _SHARE, _with(experiment, "force_gain", 1 + _SHARE)
+    if "displacement_gain" not in named and "machine_compliance" in named:  # which a crosshead has, where it tells a depth
+        yield "displacement_gain", _SHARE, _with(experiment, "displacement_gain", 1 + _SHARE)
     radii = {sweep.indenter_radius for sweep in problem.sweeps}
     if "indenter_radius" not in named and len(radii) == 1:
         yield "indenter_radius", _SHARE, _with(experiment, "indenter_radius", (1 + _SHARE) * radii.pop())

@@ -119,7 +119,7 @@ class TrueSweep:
     def at_contact(self) -> float:
         """Reading of the crosshead where contact begins [m]."""
         v = self.values
-        return v["contact_offset"] + v["machine_compliance"] * v["load_zero"] / v["force_gain"]
+        return v["contact_offset"] + v["displacement_gain"] * v["machine_compliance"] * v["load_zero"] / v["force_gain"]
 
     def _moved(self, displacement: FloatArray) -> FloatArray:
         contact = self.press.contact
@@ -131,7 +131,7 @@ class TrueSweep:
         if self.reading is None:
             return None
         give = self.values["machine_compliance"] * abs(self.values["load_zero"]) / self.values["force_gain"]
-        return float(np.max(self.reading)) - self.values["contact_offset"] + give
+        return (float(np.max(self.reading)) - self.values["contact_offset"]) / self.values["displacement_gain"] + give
 
     @property
     def force(self) -> float | None:
@@ -154,7 +154,7 @@ _ABSENT: Mapping[str, float] = {
         ("contact_offset", "machine_compliance", "load_zero", "load_step", "parasitic_capacitance", "clock_offset"), 0.0
     ),
     **dict.fromkeys(("force_noise", "capacitance_noise", "force_discrepancy", "capacitance_discrepancy"), 0.0),
-    **dict.fromkeys(("force_gain", "capacitance_gain"), 1.0),
+    **dict.fromkeys(("displacement_gain", "force_gain", "capacitance_gain"), 1.0),
 }
 
 
@@ -253,7 +253,7 @@ def _deepest(sweep: TrueSweep, curve: Curve) -> float:
     if (way := sweep.reading) is not None:
         return float(np.max(way) - sweep.at_contact)
     force, _ = curve.at(np.array([curve.end]))
-    return curve.end + sweep.values["machine_compliance"] * float(force[0])
+    return sweep.values["displacement_gain"] * (curve.end + sweep.values["machine_compliance"] * float(force[0]))
 
 
 def _way(sweep: TrueSweep, curve: Curve, left: _LeftOut | None, rng: np.random.Generator) -> _Way:
@@ -264,13 +264,13 @@ def _way(sweep: TrueSweep, curve: Curve, left: _LeftOut | None, rng: np.random.G
     at_rest = float(curve.capacitance(0.0))
     # The process of a press by itself runs along what the crosshead reads, as the likelihood has it, which the load zero only
     # moves; that of presses that repeat each other along the depth.
-    along = depth + v["machine_compliance"] * force
+    along = v["displacement_gain"] * (depth + v["machine_compliance"] * force)
     share = np.clip(along / _deepest(sweep, curve) if left is None else depth / left.deepest, 0.0, None)
     of_force = np.asarray((_process(rng) if left is None else left.force)(share))
     load = v["force_gain"] * force * (1 + v["force_discrepancy"] * of_force) + v["load_zero"] + v["load_step"] * (depth > 0)
     of_signal = np.asarray((_process(rng) if left is None else left.capacitance)(share))
     signal = (capacitance - at_rest) * (1 + v["capacitance_discrepancy"] * of_signal)
-    reading = depth + v["contact_offset"] + v["machine_compliance"] * load / v["force_gain"]
+    reading = v["displacement_gain"] * (depth + v["machine_compliance"] * load / v["force_gain"]) + v["contact_offset"]
     read = v["capacitance_gain"] * (at_rest + signal) + v["parasitic_capacitance"]
     return _Way(depth, load, np.maximum.accumulate(reading), read)
 

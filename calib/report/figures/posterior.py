@@ -30,6 +30,7 @@ def corner_figure(posterior: Posterior) -> Figure:
         "electrode_radius",
         "sensor_radius",
         "indenter_radius",
+        "displacement_gain",
         "force_gain",
         "capacitance_gain",
         "machine_compliance",

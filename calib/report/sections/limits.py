@@ -217,12 +217,13 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
         if used and f"{channel}_gain" not in unknown:
             advice = f"Give {channel}_gain = {example} in [priors], by its class or manual, to have that in the uncertainties."
             found.append((f"The {instrument} is taken as exact", f"{effect} {advice}"))
-    if any("force" in sweep.channels for sweep in posterior.sweeps):
+    if any("force" in sweep.channels for sweep in posterior.sweeps) and "displacement_gain" not in unknown:
         found.append(
             (
                 "The travel is taken as exact",
                 "An error of its gain goes into the modulus: travel that is read 1 % too large makes it about 1.5 % too small. "
-                "Hold the crosshead against a dial gauge or gauge blocks; what the machine gives way is another matter.",
+                "Hold the crosshead against a dial gauge or gauge blocks; what the machine gives way is another matter. Give "
+                f"displacement_gain = {UNKNOWNS['displacement_gain'].example} in [priors] to have that in the uncertainties.",
             )
         )
     if any(sweep.clock is not None for sweep in posterior.sweeps):

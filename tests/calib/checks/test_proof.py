@@ -33,6 +33,7 @@ from calib.checks.proof.simulation import Curve, TrueSweep, curve_of, true_sweep
 from calib.experiment import Experiment, experiment_from, read_experiment, read_sweeps
 from calib.lab import Sweep
 from calib.lab.clocks.way_back import draw_way_back
+from calib.priors import Normal
 from calib.problem import Problem, build_problem, medians, of_lot, prior_values, residuals
 from models.analytic import ClosedForm
 from models.sensor import Design, design_from
@@ -133,6 +134,16 @@ def test_every_nuisance_of_the_lab_is_in_its_files(tmp_path: Path, name: str) ->
     again, truth = _simulated(*_shipped(), tmp_path, 1, {name: changed})
     full = next(n for n in again.names if n.startswith(name))
     true, elsewhere = residuals(again, truth), residuals(again, {**truth, full: TRUTH[name]})
+    assert true @ true < 1.5 * true.size
+    assert elsewhere @ elsewhere > 10 * true.size
+
+
+@pytest.mark.parametrize("name", ["displacement_gain", "force_gain", "capacitance_gain"])
+def test_every_gain_of_the_lab_is_in_its_files(tmp_path: Path, name: str) -> None:
+    experiment, sweeps, presses = _shipped()
+    named = replace(experiment, priors={**experiment.priors, name: Normal(1.0, 0.02)})
+    again, truth = _simulated(named, sweeps, presses, tmp_path, 1, {name: 1.03})
+    true, elsewhere = residuals(again, truth), residuals(again, {**truth, name: 1.0})
     assert true @ true < 1.5 * true.size
     assert elsewhere @ elsewhere > 10 * true.size
 

@@ -178,12 +178,12 @@ def test_the_displacement_of_the_lcr_file_alone_tells_depth_with_the_models_own_
     np.testing.assert_allclose(model.channels["capacitance"].mean[0], model.channels["capacitance"].observed, atol=2e-15)
 
 
-GAINS: Mapping[str, Prior] = {"force_gain": LogNormal(1.0, 1.05), "capacitance_gain": LogNormal(1.0, 1.05)}
+GAINS: Mapping[str, Prior] = {name: LogNormal(1.0, 1.05) for name in ("displacement_gain", "force_gain", "capacitance_gain")}
 
 
 @pytest.mark.parametrize(("tie", "with_force"), [("clock", True), ("force", True), ("force", False), ("displacement", True)])
 def test_readings_of_instruments_with_gains_are_those_of_the_truth(tie: Tie, with_force: bool) -> None:
-    rig = replace(RIG, force_noise=0.0, capacitance_noise=0.0, force_gain=1.03, capacitance_gain=0.98)
+    rig = replace(RIG, force_noise=0.0, capacitance_noise=0.0, displacement_gain=1.04, force_gain=1.03, capacitance_gain=0.98)
     sweep = press(tie=tie, rig=rig, with_force=with_force)
     problem = build_problem(experiment(GAINS), [sweep], EXACT)
     model = predict_sweep(problem, values_at(problem, true_theta(problem, rig)), sweep)
