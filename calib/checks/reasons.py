@@ -55,8 +55,8 @@ GREEN: Mapping[str, str] = {
 # Models whose Bayes factors differ by less, as a logarithm (by a factor of 20), describe the data about as well.
 _AS_WELL = 3.0
 _WHAT_TELLS = (
-    "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, times that were counted and not "
-    "measured), and settle it by a press or a measurement that is not among these data."
+    "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, thicknesses, travel, times that "
+    "were counted and not measured), and settle it by a press or a measurement that is not among these data."
 )
 # Of parts of a press that are foretold: rarer, as little is found by them that no other gate finds.
 _RATES_OF_BLOCKS: Mapping[Level, float] = {"amber": 1e-3, "red": 1e-5}
@@ -197,8 +197,8 @@ def _departures(posterior: Posterior) -> Iterator[Reason]:
         how = "better than" if best > BAYES_LIMITS["amber"] else "at least as well as" if best > 0 else "about as well as"
         finding = (
             f"{which} these data {how} the one given{apart}: {told}. Odds are among the models that were asked: what "
-            "none of them has (a part of the base that is not bonded, dirt on the ball, play in the holder, an instrument that "
-            "reads wrongly) may look like one of them"
+            "none of them has (a part of the base that is not bonded, dirt on the ball, play in the holder, a travel that "
+            "reads wrongly, thicknesses that are taken as surer than they are) may look like one of them"
         )
         yield Reason(
             "model", _level(best, BAYES_LIMITS) or "amber", finding, f"{_WHAT_TELLS} Compare the models with {compare}"

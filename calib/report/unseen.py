@@ -14,6 +14,9 @@ _TAKEN = {
     "force_gain": "an exact load cell: one that reads {:g} % too high",
     "displacement_gain": "an exact travel: one that reads {:g} % too large",
     "indenter_radius": "an exact ball radius: a ball that is {:g} % larger",
+    "sensor_thickness": "exact sensor thicknesses: sensors that are {:g} % thicker",
+    "padding_thickness": "exact padding thicknesses: paddings that are {:g} % thicker",
+    "dielectric_thickness": "exact dielectric thicknesses: dielectrics that are {:g} % thicker",
 }
 
 

@@ -14,12 +14,20 @@ from typing import Any, Literal
 from calib.catalogue import UNKNOWNS, UnknownName
 from calib.errors import InputError
 from calib.experiment import Experiment
-from calib.priors import Fixed
+from calib.priors import Fixed, Prior
 from calib.problem import Problem, build_problem
 from calib.sampling import FirstEstimate, Look, answer_of, first_answer
 
 #: What is taken as exact, or as not there, unless an experiment names it.
-Cause = Literal["load_step", "force_gain", "displacement_gain", "indenter_radius"]
+Cause = Literal[
+    "load_step",
+    "force_gain",
+    "displacement_gain",
+    "indenter_radius",
+    "sensor_thickness",
+    "padding_thickness",
+    "dielectric_thickness",
+]
 
 #: Attribute of a posterior that keeps what no check can see, as `unseen_to_text` writes it.
 UNSEEN = "not seen in the data"
@@ -29,8 +37,15 @@ _SHARE = 0.01
 # Specimens with which it is said, as each takes another first answer.
 _MOST_SPECIMENS = 4
 _MODULI = ("young_modulus", "padding_young_modulus")
-_WHAT = {"force_gain": "the load cell reads", "displacement_gain": "the travel reads", "indenter_radius": "the ball is"}
-_MORE = {"force_gain": "too high", "displacement_gain": "too large", "indenter_radius": "larger than said"}
+_THICKNESSES: tuple[Cause, ...] = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
+_WHAT = {
+    "force_gain": "the load cell reads {} too high",
+    "displacement_gain": "the travel reads {} too large",
+    "indenter_radius": "the ball is {} larger than said",
+    "sensor_thickness": "sensors are {} thicker than fixed",
+    "padding_thickness": "paddings are {} thicker than fixed",
+    "dielectric_thickness": "dielectrics are {} thicker than fixed",
+}
 
 
 @dataclass(frozen=True)
@@ -59,7 +74,8 @@ class Unseen:
         prior = f"{self.cause} = {UNKNOWNS[self.cause].example}"
         if self.cause == "load_step":
             return f"if {self.error}, {moved}; where the machine may do so, give {prior} in [specimens.priors]"
-        return f"if {self.error}, {moved}; where it is not known so well, give a prior in [priors], such as {prior}"
+        where = "[specimens.priors]" if self.cause in _THICKNESSES else "[priors]"
+        return f"if {self.error}, {moved}; where it is not known so well, give a prior in {where}, such as {prior}"
 
     @property
     def error(self) -> str:
@@ -71,7 +87,7 @@ class Unseen:
         if self.cause == "load_step":
             size = f"{self.size * 1e3:.2g} mN"
             return f"the load cell is balanced anew at the touch of every press, by the noise of one reading ({size})"
-        return f"{_WHAT[self.cause]} {100 * self.size:g} % {_MORE[self.cause]}"
+        return _WHAT[self.cause].format(f"{100 * self.size:g} %")
 
     def to_plain(self) -> dict[str, Any]:
         """What a program reads of it, SI."""
@@ -155,6 +171,23 @@ def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[t
     radii = {sweep.indenter_radius for sweep in problem.sweeps}
     if "indenter_radius" not in named and len(radii) == 1:
         yield "indenter_radius", _SHARE, _with(experiment, "indenter_radius", (1 + _SHARE) * radii.pop())
+
+    for name in _THICKNESSES:
+        if (moved := _thicker(experiment, name)) != experiment:
+            yield name, _SHARE, moved
+
+
+def _thicker(experiment: Experiment, name: str) -> Experiment:
+    """The experiment with what is fixed of a thickness larger."""
+
+    def larger(priors: Mapping[str, Prior]) -> Mapping[str, Prior]:
+        match priors.get(name):
+            case Fixed(value):
+                return {**priors, name: Fixed((1 + _SHARE) * value)}
+        return priors
+
+    own = tuple(replace(s, priors=larger(s.priors)) for s in experiment.specimens)
+    return replace(experiment, priors=larger(experiment.priors), specimens=own)
 
 
 def _with(experiment: Experiment, name: str, value: float) -> Experiment:

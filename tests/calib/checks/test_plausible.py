@@ -471,6 +471,24 @@ def test_what_is_named_is_not_taken_as_exact() -> None:
     assert {one.cause for one in outlook.unseen} == {"displacement_gain", "indenter_radius"}
 
 
+def test_a_thickness_that_is_fixed_is_said_to_do_what_its_error_does() -> None:
+    lab = _lab()
+    (specimen,) = lab.experiment.specimens
+    ways = {}
+    for k in (1.0, 1.01):
+        own = replace(specimen, priors={**specimen.priors, "padding_thickness": Fixed(k * TRUTH["padding_thickness"])})
+        ways[k] = replace(lab, experiment=replace(lab.experiment, specimens=(own,)))
+    outlook = ways[1.0].check().outlook
+    assert outlook is not None
+    (said,) = (one for one in outlook.unseen if "thickness" in one.cause)
+    assert said.in_words.startswith("if paddings are 1 % thicker than fixed, young_modulus moves by ")
+    before, after = (
+        first_answer(build_problem(w.experiment, w.sweeps, ClosedForm())).parameters["young_modulus"] for w in ways.values()
+    )
+    assert said.shift == pytest.approx((after.mean - before.mean) / before.sd, abs=0.05)
+    assert said.shift > 0.05
+
+
 def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
     lab = _lab(force_alone=True)
     own = tuple(replace(s, priors={**s.priors, "load_step": Normal(0.0, 5e-3)}) for s in lab.experiment.specimens)
