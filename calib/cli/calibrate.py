@@ -216,7 +216,7 @@ def _reweighting(again: str, line: Line) -> Iterator[Callable[[int, int], None]]
 def _say(folder: Path, run: Run) -> None:
     from rich.markup import escape
 
-    from calib.report import parameter_rows, status_in_words
+    from calib.report import parameter_rows, status_in_words, taken_as_exact
 
     posterior = run.posterior
     void = run.verdict.colour == "red"
@@ -234,5 +234,7 @@ def _say(folder: Path, run: Run) -> None:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     if d.first_answer is not None:
         say(d.first_answer_in_words)
+    for condition in [] if void else taken_as_exact(posterior):
+        say(f"Holds for {condition}.")
     if run.report.exists():
         say(f"Report: {run.report}")

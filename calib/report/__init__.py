@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from calib.report.sheet import certificate_page
     from calib.report.status import check_status_in_words, duration_in_words, status_in_words
     from calib.report.summary import summary_csv, summary_json
+    from calib.report.unseen import taken_as_exact
 
 __all__ = [
     "BROWSERS",
@@ -121,6 +122,7 @@ __all__ = [
     "status_in_words",
     "summary_csv",
     "summary_json",
+    "taken_as_exact",
     "template_text",
     "trace_figure",
     "weighting_in_words",
@@ -173,6 +175,7 @@ __getattr__ = on_demand(
         ".sheet": ("certificate_page",),
         ".status": ("check_status_in_words", "duration_in_words", "status_in_words"),
         ".summary": ("summary_csv", "summary_json"),
+        ".unseen": ("taken_as_exact",),
     },
 )
 

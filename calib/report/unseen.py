@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from calib.catalogue import QUANTITIES
 from calib.checks import UNSEEN, Unseen, unseen_from_text
 from calib.report.section import Results
+from calib.sampling import Posterior
 
 # A balance at the touch that moves a modulus by no more than this, in its standard deviations, is left to the check; so is an
 # error of what is taken as exact.
@@ -39,19 +42,32 @@ def not_seen(results: Results) -> str:
 
 def exact_conditions(results: Results) -> list[str]:
     """What an error of each thing that is taken as exact makes of a modulus, in a line each; nothing where that is little."""
+    return _exact_in_words(_most(results))
+
+
+def taken_as_exact(posterior: Posterior) -> list[str]:
+    """The same of one posterior."""
+    return _exact_in_words(_most_of([posterior]))
+
+
+def _exact_in_words(most: Mapping[str, Unseen]) -> list[str]:
     return [
         f"{_TAKEN[cause].format(100 * one.size)} makes {QUANTITIES[one.name.parameter].label} {abs(one.share) * 100:.2g} % too "
         f"{'large' if one.share < 0 else 'small'} ({abs(one.shift):.1f} of its standard deviations)"
-        for cause, one in _most(results).items()
+        for cause, one in most.items()
         if cause != "load_step" and abs(one.shift) >= _EXACT
     ]
 
 
 def _most(results: Results) -> dict[str, Unseen]:
-    """By cause what it does, in the model in which it does most."""
+    """By cause what it does, in the model in which it does most; nothing where there are no results."""
+    return {} if results.void else _most_of([m.posterior for m in results.members] or [results.posterior])
+
+
+def _most_of(posteriors: Sequence[Posterior]) -> dict[str, Unseen]:
     found: dict[str, Unseen] = {}
-    for posterior in [m.posterior for m in results.members] or [results.posterior]:
-        for one in unseen_from_text(posterior.attrs[UNSEEN]) if UNSEEN in posterior.attrs and not results.void else ():
+    for posterior in posteriors:
+        for one in unseen_from_text(posterior.attrs.get(UNSEEN, "[]")):
             if one.cause not in found or abs(one.shift) > abs(found[one.cause].shift):
                 found[one.cause] = one
     return found
