@@ -77,6 +77,8 @@ KINDS: Mapping[str, Kind] = {
     "slippery, as bonded": Kind(slippery=True),
     "friction 0.3, as none": Kind(friction=0.3),
     **{f"friction {f:g}": Kind(friction=f, told=_RUBS) for f in (0.0, 0.15, 0.3, 0.6)},
+    "slippery, friction 0.3": Kind(friction=0.3, slippery=True, told={"base": "slippery", **_RUBS}),
+    "slippery, friction 0.3, as none": Kind(friction=0.3, slippery=True, told={"base": "slippery"}),
     **{f"base rubs {f:g}": Kind(slippery=True, base_friction=f, told=_BASE_RUBS) for f in (0.2, 0.5, 1.0)},
     "base rubs 0.2, as slippery": Kind(slippery=True, base_friction=0.2, told={"base": "slippery"}),
 }

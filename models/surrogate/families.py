@@ -136,7 +136,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "slippery-friction",
                 "neo-Hookean sensor on padding, slippery base, sphere with Coulomb friction from none to stick",
-                Recipe(3254, _AVERAGED, 6_000, coarse_points=2560, coarse_accuracy=3e-3, members=3),
+                Recipe(5383, _AVERAGED, 24_000, members=3),
                 base="slippery",
                 own=(FRICTION,),
                 adds_to="slippery",

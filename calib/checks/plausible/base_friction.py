@@ -39,8 +39,10 @@ def base_friction(problem: Problem, first: FirstAnswer | None) -> Iterator[Reaso
     """
     if problem.experiment.base != "slippery" or problem.experiment.base_rubs:
         return
-    example = UNKNOWNS[_FRICTION].example
-    advice = f"Glue the padding to its base, oil it, or let its friction be unknown: {_FRICTION} = {example} in [priors]"
+    unknown = f"{_FRICTION} = {UNKNOWNS[_FRICTION].example} in [priors]"
+    if problem.experiment.stick or problem.experiment.rubs:  # no surrogate has both frictions
+        unknown += ' and model = "fem" at the top of the file'
+    advice = f"Glue the padding to its base, oil it, or let its friction be unknown: {unknown}"
     after = None if first is None else _with_friction(problem, first)
     if first is None or after is None:
         finding = "friction of the padding on its base is taken for none, and what a little of it would do cannot be told"

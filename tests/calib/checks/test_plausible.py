@@ -529,10 +529,11 @@ def test_draws_none_of_which_is_covered_are_no_crash() -> None:
 SLIPPERY = design_from({**TRUTH, "young_modulus": 1.1e6, "padding_thickness": 1.1e-3, "indenter_radius": 5e-3}, base="slippery")
 
 
-def _on_slippery_base(forward: Forward, friction: float = 0.0) -> tuple[Experiment, Sweep]:
-    """A lab that takes its base for bonded, and its sweep, of a model on a slippery one that may rub."""
+def _on_slippery_base(forward: Forward, friction: float = 0.0, of_ball: float = 0.0) -> tuple[Experiment, Sweep]:
+    """A lab that takes its base for bonded, and its sweep, of a model on a slippery one that may rub, under a ball that may."""
     rig, rng = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12), np.random.default_rng(0)
     design = replace(SLIPPERY, padding=replace(SLIPPERY.padding, base_friction_coefficient=friction))
+    design = replace(design, indenter=replace(design.indenter, friction_coefficient=of_ball))
     slips = synthetic_sweep(forward, design, 0.6e-3, rig, rng, specimen="sensor 1")
     thick = {"sensor_thickness": Normal(0.75e-3, 0.02e-3), "padding_thickness": Normal(1.1e-3, 0.02e-3)}
     lab = _lab()
@@ -556,6 +557,22 @@ def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -
     assert [reason.gate for reason in right.reasons] == ["base"]
     slow = plausibility(build_problem(replace(experiment, base="slippery", model="fem"), [slips], forward))
     assert [reason.finding for reason in slow.reasons] == [reason.finding for reason in right.reasons]
+
+
+def test_a_ball_that_rubs_on_a_slippery_base_is_named_and_found_where_it_is_unknown() -> None:
+    forward = load_surrogate(family=FAMILIES["slippery-friction"])
+    experiment, sweep = _on_slippery_base(forward, of_ball=0.3)
+    slips = replace(experiment, base="slippery")
+    found = plausibility(build_problem(slips, [sweep], load_surrogate(family=FAMILIES["slippery"])))
+    (said,) = (reason for reason in found.reasons if reason.gate == "model")
+    assert said.finding.startswith("under another model (with friction) the data would be 10^")
+    named = replace(slips, priors={**slips.priors, "friction_coefficient": Uniform(0.0, 0.6)})
+    right = plausibility(build_problem(named, [sweep], forward))
+    assert [(reason.gate, reason.level) for reason in right.reasons] == [("base", "amber")]
+    assert right.reasons[0].action.endswith('in [priors] and model = "fem" at the top of the file')  # for both frictions
+    assert right.first is not None
+    friction = right.first.parameters["friction_coefficient"]
+    assert abs(friction.mean - 0.3) < 3 * friction.sd < 0.2
 
 
 def test_a_base_that_rubs_is_named_with_what_to_write() -> None:
