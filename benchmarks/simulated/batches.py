@@ -127,6 +127,7 @@ def make_lot(
         "force_discrepancy": abs(2e-3 * rng.standard_normal()),
         "capacitance_discrepancy": abs(4e-3 * rng.standard_normal()),
         "load_step": 0.0,
+        "displacement_gain": 1.0,
         "force_gain": 1.0,
         "capacitance_gain": 1.0,
     }
