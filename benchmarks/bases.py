@@ -4,7 +4,7 @@ A lab is one specimen as the shipped experiment has them, bonded to its base or 
 priors (the modulus by a factor of 1.6), one press of it with curves by the finite elements, with noise and faults of its
 instruments. What it knows is one of four things: thicknesses by the microscope, as the shipped experiment does; thicknesses
 within 15 %; these and no capacitance; or these and no capacitance from a press of half the depth. Both bases are held against
-the data by their evidences, as `calib compare` and the verdict do. The true base is named rightly if the other is ruled out
+the data by their evidences, as `calib compare` does. The true base is named rightly if the other is ruled out
 (Bayes factor below e^-5), wrongly if it is ruled out itself, and else left open.
 
 Where it is open, one more press is made, each by itself, and both are asked again: with a ball of half the radius, once more
@@ -25,14 +25,14 @@ from simulated.faulty import DEPTH, EXPERIMENT, POINTS, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
 from simulated.usual import usual_lab
 
+from calib.checks import standings
 from calib.checks.reasons import RULED_OUT
 from calib.errors import InputError
-from calib.experiment import Experiment, Specimen, forward_of_experiment, read_experiment
+from calib.experiment import AS_GIVEN, Experiment, Specimen, forward_of_experiment, read_experiment, variants_of
 from calib.lab import Sweep
 from calib.priors import Prior, TruncatedNormal
 from calib.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import look_at
 from models.response import ConvergenceError, OutOfRangeError
 from models.sensor import Base, design_from
 from models.threads import one_thread
@@ -106,15 +106,14 @@ def _odds(experiment: Experiment, known: str, true: Base, sweeps: Sequence[Sweep
     if known in (ALONE, SHALLOW):
         sweeps = [replace(s, channels={"force": s.channels["force"]}, noise={"force": s.noise["force"]}) for s in sweeps]
     asked = _as_known(experiment, known, {s.specimen for s in sweeps})
-    evidence = {}
-    for base in KINDS:
-        try:
-            plan = replace(asked, base=base)
-            evidence[base] = look_at(build_problem(plan, sweeps, forward_of_experiment(plan))).log_evidence
-        except (InputError, ValueError):
-            return math.nan
-    (other,) = (base for base in KINDS if base != true)
-    return round(evidence[true] - evidence[other], 3)
+    try:
+        problem = build_problem(asked, sweeps, forward_of_experiment(asked))
+    except InputError:
+        return math.nan
+    variants = [variant for variant in variants_of(asked) if variant.name in (AS_GIVEN, "slippery")]
+    found = {standing.variant.name: standing.log_bayes for standing in standings(problem, variants)}
+    slips = found["slippery"] - found[AS_GIVEN]
+    return round(slips if true == "slippery" else -slips, 3)
 
 
 def _as_known(experiment: Experiment, known: str, names: set[str]) -> Experiment:
