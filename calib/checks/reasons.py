@@ -154,7 +154,7 @@ def _conflict(posterior: Posterior) -> Iterator[Reason]:
 
 
 def _cut(posterior: Posterior) -> Iterator[Reason]:
-    """Unknowns that lean on the end of a prior; noises and discrepancies have none."""
+    """Unknowns that lean on the end of a prior."""
     for parameter in posterior.parameters:
         s = posterior.diagnostics.parameters.get(parameter.name)
         if s is not None and s.prior_contraction > LEARNED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -145,7 +146,7 @@ def outside_faults(problem: Problem) -> list[Fault]:
             single = {name: value[first : first + 1] for name, value in values.items()}
             reason = why_outside(problem, problem.forward, plan, single)
             at = "at the prior medians" if share_allowed == 0 else f"for {100 * share:.0f} % of the prior's draws"
-            beyond = [p.name for p in problem.parameters if p.parameter in reason]  # an unknown for which there is a surrogate
+            beyond = [p.name for p in problem.parameters if re.search(rf"\b{p.parameter}\b", reason)]
             advice = (
                 f"Give {' and '.join(beyond)} a prior within that"
                 if beyond
