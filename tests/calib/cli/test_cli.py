@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 import typer
 from damaged import calib_with, copy_models
-from small_run import BLOCK, in_small_steps
+from small_run import BLOCK, QUICK, in_small_steps
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
@@ -30,6 +30,7 @@ from calib.experiment.experiment_file import read_experiment
 from calib.problem.problem import Problem
 from calib.runs.calibration import Stages, calibrate
 from calib.runs.folder import load_recommendation, load_run
+from calib.runs.page import page_of
 from calib.runs.renewed import recommend_in
 from calib.sampling.diagnostics import Gate
 from calib.sampling.posterior import Posterior
@@ -131,9 +132,7 @@ def _brief(steps: int) -> Stages:
 
 def _made(sample: Callable[..., Posterior], **others: Any) -> Stages:
     """Stages of a calibration that is given its posterior, of which nothing else is asked."""
-    same = {"spot_check": lambda posterior, _: posterior, "foretell_blocks": lambda posterior, *_: posterior}
-    others = {**same, "look_elsewhere": lambda *_: Elsewhere(), **others}
-    return Stages(sample, check=lambda _: None, **others)
+    return replace(QUICK, **{"sample": sample, "page": page_of, **others})
 
 
 @pytest.fixture(scope="module")

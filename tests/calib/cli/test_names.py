@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_run import BLOCK, in_small_steps
+from small_run import BLOCK, QUICK, in_small_steps
 from typer.testing import CliRunner, Result
 
-from calib.checks import Elsewhere
 from calib.cli import app
 from calib.problem import Problem
 from calib.runs import Stages
+from calib.runs.page import page_of
 from calib.sampling import sample
 from calib.sampling.posterior import Posterior
 
@@ -45,13 +45,7 @@ def _brief(steps: int) -> Stages:
 
 def _made(sampled: Callable[..., Posterior]) -> Stages:
     """Stages of a calibration of which nothing else is asked."""
-    return Stages(
-        sampled,
-        lambda posterior, _: posterior,
-        look_elsewhere=lambda *_: Elsewhere(),
-        foretell_blocks=lambda posterior, *_: posterior,
-        check=lambda _: None,
-    )
+    return replace(QUICK, sample=sampled, page=page_of)
 
 
 def _run(*words: object, stages: Stages | None = None) -> Result:
