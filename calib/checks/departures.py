@@ -89,7 +89,7 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     variants = variants_of(problem.experiment)[1:]
     if own is None:
         return Elsewhere(tuple(_departure(problem, variant, own, None) for variant in variants))
-    near = {name: estimate.mean for name, estimate in own.parameters.items()}
+    near = own.means
     floor = own.log_evidence + _HOPELESS
     names = dict.fromkeys(sweep.specimen for sweep in problem.sweeps)
     predicted = _all_of([partial(foretold, problem, near, name) for name in names], executor)

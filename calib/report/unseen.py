@@ -14,12 +14,13 @@ from calib.sampling import Posterior
 _BALANCE, _EXACT = 1.0, 0.1
 # What is taken as exact, and how an error of it is told.
 _TAKEN = {
-    "force_gain": "an exact load cell: one that reads {:g} % too high",
-    "displacement_gain": "an exact travel: one that reads {:g} % too large",
-    "indenter_radius": "an exact ball radius: a ball that is {:g} % larger",
-    "sensor_thickness": "exact sensor thicknesses: sensors that are {:g} % thicker",
-    "padding_thickness": "exact padding thicknesses: paddings that are {:g} % thicker",
-    "dielectric_thickness": "exact dielectric thicknesses: dielectrics that are {:g} % thicker",
+    "force_gain": "an exact load cell: one that reads {} too high",
+    "displacement_gain": "an exact travel: one that reads {} too large",
+    "indenter_radius": "an exact ball radius: a ball that is {} larger",
+    "sensor_thickness": "exact sensor thicknesses: sensors that are {} thicker",
+    "padding_thickness": "exact padding thicknesses: paddings that are {} thicker",
+    "dielectric_thickness": "exact dielectric thicknesses: dielectrics that are {} thicker",
+    "machine_compliance": "an exact machine compliance: a machine that gives {} more",
 }
 
 
@@ -51,12 +52,13 @@ def taken_as_exact(posterior: Posterior) -> list[str]:
 
 
 def _exact_in_words(most: Mapping[str, Unseen]) -> list[str]:
-    return [
-        f"{_TAKEN[cause].format(100 * one.size)} makes {QUANTITIES[one.name.parameter].label} {abs(one.share) * 100:.2g} % too "
-        f"{'large' if one.share < 0 else 'small'} ({abs(one.shift):.1f} of its standard deviations)"
-        for cause, one in most.items()
-        if cause != "load_step" and abs(one.shift) >= _EXACT
-    ]
+    said = []
+    for cause, one in most.items():
+        if cause != "load_step" and abs(one.shift) >= _EXACT:
+            what, label = _TAKEN[cause].format(one.size_in_words), QUANTITIES[one.name.parameter].label
+            moved = f"{abs(one.share) * 100:.2g} % too {'large' if one.share < 0 else 'small'}"
+            said.append(f"{what} makes {label} {moved} ({abs(one.shift):.1f} of its standard deviations)")
+    return said
 
 
 def _most(results: Results) -> dict[str, Unseen]:

@@ -212,6 +212,11 @@ class FirstAnswer:
     log_evidence: float = math.nan
 
     @property
+    def means(self) -> dict[str, float]:
+        """The mean of each unknown by name, SI."""
+        return {name: estimate.mean for name, estimate in self.parameters.items()}
+
+    @property
     def rough(self) -> bool:
         """Whether it rests on so few effective draws, or on a mode that was reached once alone, that it may be far off."""
         return self.effective_draws < FEW_EFFECTIVE_DRAWS or not self.confirmed

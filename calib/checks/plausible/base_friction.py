@@ -67,4 +67,4 @@ def base_friction(problem: Problem, first: FirstAnswer | None) -> Iterator[Reaso
 def _with_friction(problem: Problem, first: FirstAnswer) -> FirstAnswer | None:
     """What would be found if the base rubbed; None where that cannot be told."""
     rubs = Variant("", {"model": "surrogate", "priors": {**problem.experiment.priors, _FRICTION: Fixed(COEFFICIENT)}})
-    return answer_under(problem, rubs, {name: estimate.mean for name, estimate in first.parameters.items()})
+    return answer_under(problem, rubs, first.means)

@@ -92,7 +92,7 @@ def _of_load(problem: Problem, first: FirstAnswer, name: str) -> Iterator[Reason
         return
     try:
         sweeps = [_without_drift(sweep) for sweep in problem.sweeps]
-        near = {n: e.mean for n, e in first.parameters.items()}
+        near = first.means
         steady = first_answer(build_problem(problem.experiment, sweeps, problem.forward), near).parameters[name]
     except (InputError, ValueError, KeyError):
         yield from drift_by_share(problem.sweeps, first.parameters[name])

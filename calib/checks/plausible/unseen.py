@@ -27,6 +27,7 @@ Cause = Literal[
     "sensor_thickness",
     "padding_thickness",
     "dielectric_thickness",
+    "machine_compliance",
 ]
 
 #: Attribute of a posterior that keeps what no check can see, as `unseen_to_text` writes it.
@@ -34,6 +35,8 @@ UNSEEN = "not seen in the data"
 # An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), of a crosshead of class 1
 # (ISO 9513), and of a ball by the caliper.
 _SHARE = 0.01
+# The same of a fixed compliance [m/N]: of a frame and a load cell that were never pressed against bare steel.
+_COMPLIANCE = 1e-6
 # Specimens with which it is said, as each takes another first answer.
 _MOST_SPECIMENS = 4
 _MODULI = ("young_modulus", "padding_young_modulus")
@@ -45,6 +48,7 @@ _WHAT = {
     "sensor_thickness": "sensors are {} thicker than fixed",
     "padding_thickness": "paddings are {} thicker than fixed",
     "dielectric_thickness": "dielectrics are {} thicker than fixed",
+    "machine_compliance": "the machine gives {} more than fixed",
 }
 
 
@@ -55,7 +59,8 @@ class Unseen:
     Attributes
     ----------
     cause : the unknown that would have to be named for it to count.
-    size : of the error: of a balance at the touch the noise of one reading [N], of what is taken as exact a share of it.
+    size : of the error: of a balance at the touch the noise of one reading [N], of a compliance what is added to it [m/N], of
+        whatever else is taken as exact a share of it.
     name : the modulus that it moves most.
     shift : by how many of its standard deviations.
     share : by which share of itself.
@@ -87,7 +92,16 @@ class Unseen:
         if self.cause == "load_step":
             size = f"{self.size * 1e3:.2g} mN"
             return f"the load cell is balanced anew at the touch of every press, by the noise of one reading ({size})"
-        return _WHAT[self.cause].format(f"{100 * self.size:g} %")
+        return _WHAT[self.cause].format(self.size_in_words)
+
+    @property
+    def size_in_words(self) -> str:
+        """The size of an error of what is taken as exact.
+
+        >>> Unseen("machine_compliance", 1e-6, UnknownName("young_modulus"), 2.5, 0.02).size_in_words
+        '1 µm/N'
+        """
+        return f"{1e6 * self.size:g} µm/N" if self.cause == "machine_compliance" else f"{100 * self.size:g} %"
 
     def to_plain(self) -> dict[str, Any]:
         """What a program reads of it, SI."""
@@ -120,7 +134,7 @@ def unseen_in(look: Look) -> tuple[Unseen, ...]:
     if not moduli or len(problem.experiment.specimens) > _MOST_SPECIMENS:
         return ()
     try:
-        near = {name: estimate.mean for name, estimate in answer_of(look).parameters.items()}
+        near = answer_of(look).means
         before = first_answer(problem, near).parameters  # by the same random numbers as those after it
     except ValueError:
         return ()
@@ -171,7 +185,9 @@ def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[t
     radii = {sweep.indenter_radius for sweep in problem.sweeps}
     if "indenter_radius" not in named and len(radii) == 1:
         yield "indenter_radius", _SHARE, _with(experiment, "indenter_radius", (1 + _SHARE) * radii.pop())
-
+    if "machine_compliance" in problem.fixed:
+        more = problem.fixed["machine_compliance"] + _COMPLIANCE
+        yield "machine_compliance", _COMPLIANCE, _with(experiment, "machine_compliance", more)
     for name in _THICKNESSES:
         if (moved := _thicker(experiment, name)) != experiment:
             yield name, _SHARE, moved

@@ -489,6 +489,20 @@ def test_a_thickness_that_is_fixed_is_said_to_do_what_its_error_does() -> None:
     assert said.shift > 0.05
 
 
+def test_a_compliance_that_is_fixed_is_said_to_do_what_its_error_does() -> None:
+    ways = [_lab().shared(machine_compliance=Fixed(value)) for value in (0.0, 1e-6)]
+    outlook = ways[0].check().outlook
+    assert outlook is not None
+    (said,) = (one for one in outlook.unseen if one.cause == "machine_compliance")
+    assert said.in_words.startswith("if the machine gives 1 µm/N more than fixed, young_modulus moves by ")
+    assert "give a prior in [priors], such as machine_compliance = " in said.in_words
+    before, after = (
+        first_answer(build_problem(w.experiment, w.sweeps, ClosedForm())).parameters["young_modulus"] for w in ways
+    )
+    assert said.shift == pytest.approx((after.mean - before.mean) / before.sd, abs=0.05)
+    assert said.share > 0.002
+
+
 def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
     lab = _lab(force_alone=True)
     own = tuple(replace(s, priors={**s.priors, "load_step": Normal(0.0, 5e-3)}) for s in lab.experiment.specimens)
