@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 N_ROW = 97
 
 
-# How far beyond what is expected a tare may lie [1]: a picofarad of leads more, which is 1 % of force.
-_TARE_OFF = 0.01
+# How far below what is expected a tare may lie [1]: a picofarad of leads less, which is 1 % of force. Above it is a load.
+_TARE_BELOW = 0.01
 
 #: Which sensor a table is of.
 Kind = Literal["specimen", "next", "design"]
@@ -188,13 +188,21 @@ class ForceTable:
         ----------
         tare : [F], c0.
         """
-        if float(self.tare[0]) * (1 - _TARE_OFF) <= tare <= float(self.tare[2]) * (1 + _TARE_OFF):
+        low, high = float(self.tare[0]) * (1 - _TARE_BELOW), float(self.tare[2])
+        above = tare / high - 1
+        if low <= tare and above < self.touch:
             return None
-        finding = (
-            f"{self.name}: a tare of {tare * 1e12:.4g} pF is not what is to be expected of it, {self.tare_in_words}: what is "
-            "read with it may mean another force"
+        finding = f"{self.name}: a tare of {tare * 1e12:.6g} pF is not what is to be expected of it, {self.tare_in_words}"
+        if tare < low:
+            finding += ": what is read with it may mean another force"
+            action = "Look whether it is this sensor, with leads as stated (--parasitic)"
+            return Reason("tare", "amber", finding, action)
+        load = self.read(above)
+        more = "more than " if load.status == Status.BEYOND_RANGE else ""
+        finding += (
+            f": it is what {more}{float(load.force):.2g} N would make of it, and all that is read with it is then too small"
         )
-        action = "Look whether it is this sensor, read without contact, with leads as stated (--parasitic)"
+        action = "Tare it without contact; if its leads are not those of the lab, state them (--parasitic)"
         return Reason("tare", "amber", finding, action)
 
     def reading_doubt(self, capacitance: float, tare: float) -> Reason | None:

@@ -1,6 +1,7 @@
 """A TOML file (or Python) in, a checked `Experiment` out, its sweeps and the forward model it names; knows no likelihood."""
 
 from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
+from calib.experiment.counted_twice import held_twice, readings_in, readings_of_sweeps
 from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text, quoted_text, specimen_text
 from calib.experiment.edits import MARK, MEASURED, STANDS, Unedited, guess_at, unedited_in_words, unedited_lines
@@ -91,6 +92,7 @@ __all__ = [
     "forward_of_design",
     "forward_of_experiment",
     "guess_at",
+    "held_twice",
     "instrument_of",
     "keys_of",
     "limited_in_words",
@@ -112,6 +114,8 @@ __all__ = [
     "read_said",
     "read_specification",
     "read_sweeps",
+    "readings_in",
+    "readings_of_sweeps",
     "require_use_of",
     "said_toml",
     "shipped",

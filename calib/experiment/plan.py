@@ -46,8 +46,12 @@ class SweepFiles:
 
     def shares_press_with(self, other: SweepFiles) -> bool:
         """Whether both sweeps hold the same readings: one press would be counted twice."""
-        mine, others = self._counted, other._counted
-        return mine is not None and mine == others and same_part(self.use, other.use)
+        return self.shares_record_with(other) and same_part(self.use, other.use)
+
+    def shares_record_with(self, other: SweepFiles) -> bool:
+        """Whether both sweeps are of one record, if of other presses in it."""
+        mine = self._counted
+        return mine is not None and mine == other._counted
 
     @property
     def _counted(self) -> tuple[Path, int | None, str, frozenset[tuple[str, str]], frozenset[tuple[str, str]]] | None:

@@ -78,9 +78,9 @@ def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
     """Say of which channels two sweeps have the same readings, whatever is zero in either.
 
     Told by the tester's record, where they keep it, by the times of a meter's log that is both's, and by points: of the same
-    readings these are apart, but for where zero is and where the cut lies, by far less than noise sets two presses apart,
-    however alike these are. Over n points of two presses the mean square is below a quarter of what it is expected to be with
-    a probability of P(chi2_(n-1) < n / 4), 1e-8 for 40.
+    readings these are apart, but for where channel and crosshead have zero and where the cut lies, by far less than noise
+    sets two presses apart, however alike these are. Over n points of two presses the mean square is below a quarter of what
+    it is expected to be with a probability of P(chi2_(n-2) < n / 4), 1e-6 for 40.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
     variances = [sweep.noise[name] ** 2 / sweep.channels[name].n_effective for sweep in (first, second)]
     exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
     fewest = max(_POINTS, math.ceil(SAME * min(one.value.size, other.value.size)))
-    for apart, expected in _beside_each_other(one, other, variances[0], variances[1], fewest):
-        away = apart - np.median(apart)
+    moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
+    for away, expected in _beside_each_other(one, other, variances[0], variances[1], fewest, moved):
         alike = np.count_nonzero(np.abs(away) <= exactly) >= fewest
         if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
             return True
@@ -116,23 +116,37 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
 
 
 def _beside_each_other(
-    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray, fewest: int
+    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray, fewest: int, moved: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """How far points are apart, in each way to lay `fewest` or more beside each other, and what variance is expected of that.
+    """How far points are apart but for a level, in each way to lay `fewest` or more beside each other, with noise's variance.
 
-    Along the crosshead's reading, however readings were put together to points; and point by point, those of one moved on by as
-    many places as may have been cut off.
+    Along the crosshead's reading, however readings were put together to points, and likewise with that of the other moved by as
+    much as contact is (`moved` [m], and what is left of that as far as it shows); and point by point, those of one moved on by
+    as many places as may have been cut off.
     """
     if one.displacement is not None and other.displacement is not None and np.all(np.diff(one.displacement) > 0):
-        x = other.displacement
-        there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
-        if np.count_nonzero(there) >= fewest:
-            value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
-            yield value - other.value[there], variance + of_other[there]
+        for by in dict.fromkeys((0.0, moved)):
+            x = other.displacement + by
+            there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
+            if np.count_nonzero(there) >= fewest:
+                value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
+                apart, expected = value - other.value[there], variance + of_other[there]
+                yield apart - np.median(apart), expected
+                slope = np.interp(x[there], one.displacement, np.gradient(one.value, one.displacement))
+                yield _without(apart, expected, slope), expected
     for place in range(fewest - other.value.size, one.value.size - fewest + 1):
         mine = slice(max(place, 0), min(place + other.value.size, one.value.size))
         others = slice(mine.start - place, mine.stop - place)
-        yield one.value[mine] - other.value[others], of_one[mine] + of_other[others]
+        apart = one.value[mine] - other.value[others]
+        yield apart - np.median(apart), of_one[mine] + of_other[others]
+
+
+def _without(apart: FloatArray, variance: FloatArray, slope: FloatArray) -> FloatArray:
+    """What is left of differences without a level, and without what a displacement makes of a curve of such slope."""
+    root = np.sqrt(variance)
+    columns = np.column_stack([np.ones_like(slope), slope / max(float(np.max(np.abs(slope))), 1e-300)])
+    found = np.linalg.lstsq(columns / root[:, None], apart / root, rcond=None)[0]
+    return np.asarray(apart - columns @ found, dtype=float)
 
 
 def _of_one_log(first: Sweep, second: Sweep) -> bool:

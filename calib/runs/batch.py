@@ -35,13 +35,21 @@ from calib.decision import (
     presented,
 )
 from calib.errors import Fault, InputError
-from calib.experiment import Looked, Pressed, Specification, look_through, pair
+from calib.experiment import (
+    Looked,
+    Pressed,
+    Specification,
+    held_twice,
+    look_through,
+    pair,
+    readings_in,
+    readings_of_sweeps,
+)
 from calib.files import real_path, require_folder, sha256_of, write_text
 from calib.problem import template_of
 from calib.records import exact_record_from_text, record_from_text, record_to_text
 from calib.runs.arrivals import keep_as_they_come
 from calib.runs.certified import Finding
-from calib.runs.counted_twice import held_twice, readings_in, readings_of_run
 from calib.runs.export import NotUsableError
 from calib.runs.folder import Run, fast_forward, require_own_forward
 from calib.runs.ownership import owned, owner_of
@@ -307,7 +315,7 @@ def _records(specimen: Pressed) -> Iterator[Any]:
 def _copies(specimens: Sequence[Pressed], inspection: Inspection) -> dict[int, tuple[Reason, ...]]:
     """What speaks against specimens with the same readings as another, or as the lot itself, whole or in part."""
     of_lot = {sha256: sweep.specimen for sweep in inspection.sweeps for _, sha256 in sweep.files}
-    lot = readings_of_run(inspection.lot.experiment, inspection.sweeps)
+    lot = readings_of_sweeps(inspection.lot.experiment, inspection.sweeps)
     readings: dict[str | int, Sequence[IntArray]] = dict(lot.items())
     readings.update({k: readings_in(list(_records(s))) for k, s in enumerate(specimens)})
     bytes_of = [{(r.table.sha256, r.reading.specimen) for r in _records(s)} for s in specimens]

@@ -13,10 +13,9 @@ import numpy as np
 from calib.catalogue import UnknownName
 from calib.checks import BAND_LEVELS, Changed, Difference, Loading, band, differences_of, drawn, members_or, shared_data
 from calib.decision import largest_force
-from calib.experiment import Experiment, experiment_to_json
+from calib.experiment import Experiment, experiment_to_json, held_twice, readings_of_sweeps
 from calib.priors import prior_from_json
 from calib.problem import specimen_design
-from calib.runs.counted_twice import held_twice, readings_of_run
 from calib.runs.folder import Run
 from calib.sampling import Posterior
 from calib.visible import visible
@@ -53,7 +52,7 @@ def diff_runs(first: Run, second: Run, *, same_specimens: bool = False) -> Diffe
 
 def _cut(first: Run, second: Run) -> tuple[str, ...]:
     """Say in words which readings are in the lab files of both, where these still lie; points do not tell of every cut."""
-    both = [(k, readings_of_run(run.posterior.experiment, run.posterior.sweeps)) for k, run in enumerate((first, second))]
+    both = [(k, readings_of_sweeps(run.posterior.experiment, run.posterior.sweeps)) for k, run in enumerate((first, second))]
     pairs = held_twice({(k, name): rows for k, of in both for name, rows in of.items()})
     return tuple(f"the same readings of {name}" for (k, _), (j, name) in pairs if k != j)
 

@@ -39,7 +39,7 @@ from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.plausible.unmodelled import unmodelled
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, line_of_variant, model_in_words, variants_of
+from calib.experiment import Experiment, held_twice, line_of_variant, model_in_words, readings_of_sweeps, variants_of
 from calib.lab import Sweep, check_name, repeated_channels
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
@@ -168,10 +168,29 @@ def _of_gauges(problem: Problem) -> Iterator[Reason]:
 
 
 def _of_one_record(problem: Problem) -> Iterator[Reason]:
-    """Two sweeps of the same readings, as where one file was entered for two, or saved anew under another name."""
+    """Two sweeps of the same readings, as where one file was entered for two, or saved anew; or two presses in one record."""
+    experiment = problem.experiment
+    entries = {(s.name, e.name): e for s in experiment.specimens for e in s.sweeps}
+    told = set()
     for first, second in combinations(problem.sweeps, 2):
+        pair = frozenset({first.specimen, second.specimen})
         if same := repeated_channels(first, second):
+            told.add(pair)
             finding = f"{first.title} and {second.title} have the same readings of {' and '.join(same)}"
+            yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
+            continue
+        one, other = (entries.get((sweep.specimen, sweep.name)) for sweep in (first, second))
+        if one is not None and other is not None and len(pair) == 2 and one.shares_record_with(other):
+            told.add(pair)
+            finding = (
+                f"{first.title} and {second.title} are presses in one record, {first.files[0][0] if first.files else '?'}, as "
+                "of one piece: what all presses of a piece share would count twice, and the modulus come out too sure"
+            )
+            advice = "Give presses of one piece as sweeps of one specimen ([[specimens.sweeps]]); two pieces need nothing"
+            yield Reason("same readings", "amber", finding, advice)
+    for one_name, other_name in held_twice(readings_of_sweeps(experiment, problem.sweeps)):
+        if frozenset({one_name, other_name}) not in told:
+            finding = f"files of {one_name} and {other_name} hold the same readings, however they were cut, zeroed or saved"
             yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
 
 

@@ -311,6 +311,25 @@ def test_readings_that_were_averaged_are_known_again() -> None:
     assert repeated_channels(first, again) == ("force",)
 
 
+@pytest.mark.parametrize("shift", [3.7e-6, 0.21e-3])
+def test_readings_that_were_averaged_and_zeroed_anew_are_known_again(shift: float) -> None:
+    first = replace(_pressed(1), contact=0.1e-3)
+    points = first.channels["force"]
+    assert points.displacement is not None
+    between = 0.5 * (points.displacement[1:] + points.displacement[:-1])
+    force = np.interp(between, points.displacement, points.value) - 0.2
+    averaged = Points(force, 2 * points.n_effective[1:], displacement=between + shift)
+    again = replace(
+        first,
+        specimen="sensor 2",
+        channels={"force": averaged},
+        track=None,
+        files=(("2.csv", "2" * 64),),
+        contact=first.contact + shift + 2e-6,  # as found in other bins
+    )
+    assert repeated_channels(first, again) == ("force",)
+
+
 def test_presses_of_one_truth_are_not_one_record_whatever_the_step_of_the_meter() -> None:
     for step in (0.0, 5e-15, 1e-13):
         presses = [_pressed(seed, step) for seed in range(20)]

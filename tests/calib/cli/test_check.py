@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from small_run import QUICK, make_lab
 from typer.testing import CliRunner, Result
@@ -152,3 +153,52 @@ def test_a_draft_as_it_was_written_is_amber_for_its_marks_and_says_nothing_else(
         r"experiment file: 1\d lines marked EDIT are unchanged: line \d+ base, line", " ".join(result.stdout.split())
     )
     assert " ".join(result.stderr.split()) == "Exit code 3: something is doubtful; it may be calibrated all the same."
+
+
+def _again(lines: list[str], first: int, zero: tuple[float, ...], digits: tuple[int, ...]) -> list[str]:
+    """Rows of numbers from the first that is wanted on, with columns zeroed anew."""
+    rows = [[float(cell) for cell in line.split(",")[: len(zero)]] for line in lines[first:]]
+    return [",".join(f"{x - z:.{d}f}" for x, z, d in zip(row, zero, digits, strict=True)) for row in rows]
+
+
+def _of_two(folder: Path, *entries: str) -> Path:
+    """An experiment file of two specimens with such lines of files, beside those of the shipped example."""
+    head = (DATASET / "experiment.toml").read_text(encoding="utf-8").split("[[specimens]]", maxsplit=1)[0]
+    priors = '[specimens.priors]\nsensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }\n'
+    priors += 'padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }\n'
+    parts = [f'[[specimens]]\nname = "{name}"\n{entry}\n{priors}' for name, entry in zip("ab", entries, strict=True)]
+    path = folder / "experiment.toml"
+    path.write_text(head + "\n".join(parts), encoding="utf-8")
+    return path
+
+
+def test_a_record_that_was_cut_and_zeroed_anew_is_no_second_specimen(tmp_path: Path) -> None:
+    tester, meter = ((DATASET / f"sensor1_{name}.csv").read_text(encoding="utf-8").splitlines() for name in ("instron", "lcr"))
+    for name, lines, copy in (
+        ("instron", tester, tester[4:6] + _again(tester[6:], 130, (5.2, -0.0867, -0.411), (4, 4, 3))),
+        ("lcr", meter, meter[1:2] + [f"{float(line.split(',')[0]) - 4:.3f},{line.split(',', 1)[1]}" for line in meter[60:]]),
+    ):
+        (tmp_path / f"one_{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        (tmp_path / f"two_{name}.csv").write_text("\n".join(copy) + "\n", encoding="utf-8")
+    files = [f'force = "{name}_instron.csv"\ncapacitance = "{name}_lcr.csv"' for name in ("one", "two")]
+    result = _run("check", _of_two(tmp_path, *files))
+    assert result.exit_code == 2, result.output
+    assert "same readings: " in " ".join(result.output.split())
+    assert "the same readings" in " ".join(result.output.split())
+
+
+def test_two_presses_in_one_record_are_asked_whether_they_are_of_one_piece(tmp_path: Path) -> None:
+    lines = (DATASET / "sensor1_instron.csv").read_text(encoding="utf-8").splitlines()
+    noise = np.random.default_rng(5).normal(0.0, 0.004, len(lines))
+    end = float(lines[-1].split(",", maxsplit=1)[0]) + 0.04
+    again = []
+    for line, off in zip(lines[6:], noise, strict=False):
+        time, x, force = (float(cell) for cell in line.split(","))
+        again.append(f"{time + end:.4f},{x:.4f},{force + off:.3f}")
+    (tmp_path / "both.csv").write_text("\n".join([*lines, *again]) + "\n", encoding="utf-8")
+    files = [f'force = "both.csv"\nuse = {{ cycles = [{k}] }}' for k in (1, 2)]
+    result = _run("check", _of_two(tmp_path, *files))
+    said = " ".join(result.output.split())
+    assert result.exit_code == 3, result.output
+    assert "A and b are presses in one record, both.csv, as of one piece" in said
+    assert "Give presses of one piece as sweeps of one specimen" in said

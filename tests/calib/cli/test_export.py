@@ -270,8 +270,25 @@ def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path)
     assert abs(high / low - 1) > 0.02
     code, said = _force(runs / "good", f"{1.002 * low} pF", "--tare", f"{low} pF")
     assert code == 0, said
-    assert f"sensor 2: left out, a tare of {low:.4g} pF is not what is to be expected of it" in said
+    assert f"sensor 2: left out, a tare of {low:.6g} pF is not what is to be expected of it" in said
     assert "Green: the forces can be used." in said
+
+
+def test_a_tare_that_was_taken_under_a_load_is_told_from_one_at_rest_and_by_which_load(runs: Path, tmp_path: Path) -> None:
+    exported = _run("export", runs / "good", "-o", tmp_path / "gripper", "--padding", "3 mm", "--draws", 400)
+    assert exported.exit_code == 0, _said(exported)
+    tables = json.loads((tmp_path / "gripper" / "force_tables.json").read_text(encoding="utf-8"))["tables"]
+    table = next(t for t in tables if t["name"] == "sensor 1")
+    rest = 1e12 * table["tare_F"][2]
+    for share in (0.4, 0.7, 0.95):
+        force = share * table["force_N"][-1]
+        tare = rest * (1 + float(np.interp(force, table["force_N"], table["ratio"])))
+        code, said = _force(
+            runs / "good", f"{1.0005 * tare} pF", "--tare", f"{tare:.6f} pF", "--sensor", "sensor 1", "--strict"
+        )
+        assert code == 3, said
+        (load,) = re.findall(r"it is what ([0-9.]+) N would make of it", said)
+        assert float(load) == pytest.approx(force, rel=0.05)
 
 
 @pytest.mark.parametrize(

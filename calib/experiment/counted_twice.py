@@ -9,7 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 from calib.errors import InputError
-from calib.experiment import Experiment, Found, look_through
+from calib.experiment.lab_files import Found, look_through
+from calib.experiment.plan import Experiment
 from calib.lab import SAME, Sweep, rows_of, share_in_both
 from models.sensor import IntArray
 
@@ -30,14 +31,16 @@ def readings_in(records: Sequence[Found]) -> tuple[IntArray, ...]:
     return tuple(rows_of(of[name]) for of in columns for name in _COMPARED if name in of)
 
 
-def readings_of_run(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, tuple[IntArray, ...]]:
-    """The same of every specimen of a run whose lab files still lie where they were read, with the bytes that were read.
+def readings_of_sweeps(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, tuple[IntArray, ...]]:
+    """The same of every specimen whose lab files still lie where they were read, with the bytes that were read.
 
     Parameters
     ----------
-    experiment, sweeps : of the run.
+    experiment, sweeps : whose files they are.
     """
     of_run = {sha256: sweep.specimen for sweep in sweeps for _, sha256 in sweep.files}
+    if not of_run:
+        return {}
     entries = [entry for specimen in experiment.specimens for entry in specimen.sweeps]
     paths = {path for entry in entries for path in (entry.force, entry.capacitance) if path is not None and path.is_file()}
     found: dict[str, list[Found]] = {}
