@@ -27,7 +27,8 @@ from calib.problem import outside_faults
 from models.response import OutOfRangeError
 
 # A press goes no further than this share of what the model covers for nearly all draws, and is not worth a change below this
-# share of what the one it is like went to. Where less has to be tried, it is by this factor.
+# share of what the one it is like went to (of a smaller ball, of what presses it in as far for its size). Where less has to be
+# tried, it is by this factor.
 _SHARE, _LEAST, _STEP = 0.95, 0.4, 0.88
 
 
@@ -60,7 +61,8 @@ def _pressed(known: Known, bench: Bench, wanted: WantedPress) -> Candidate | str
         reach = force_covered(known, stub, like)
         most = min(wanted.force, _SHARE * reach)
         before = force_reached(known, wanted.template)
-        least = ANOTHER * before if wanted.kind == "force" else min(_LEAST * before, wanted.force)
+        smaller = min(wanted.ball / wanted.template.indenter_radius, 1.0)
+        least = ANOTHER * before if wanted.kind == "force" else min(_LEAST * before * smaller**2, wanted.force)
         if most < least:
             limit = f"covers this press up to {max(reach, 0.0):.2g} N only" if reach > 0 else "does not cover it"
             return f"{_in_words(wanted, wanted.force)}: the {known.problem.forward.name} {limit}"

@@ -290,6 +290,18 @@ def test_no_press_goes_beyond_the_load_cell_also_where_it_bears_less_than_was_me
     assert some[cell] <= some[2 * cell]  # a better cell takes no measurement away
 
 
+def test_a_small_ball_is_tried_as_far_as_the_model_goes_whatever_the_load_cell_bears(look: Look) -> None:
+    known = _known(look)
+    reached = max(force_reached(known, sweep) for sweep in known.problem.sweeps)
+    some = {}
+    for share in (0.1, 2.0):
+        candidates, unjudged = candidates_of(known, Bench(load_cell=share * reached, balls=(0.2e-3,)))
+        some[share] = {c.alike: c.press.force for c in candidates if c.kind == "ball" and c.press is not None}
+        assert not any("ball of 0.2 mm" in said for said in unjudged)
+    assert set(some[0.1]) == set(some[2.0]) != set()
+    assert all(some[2.0][one] >= force for one, force in some[0.1].items())
+
+
 @pytest.mark.parametrize("name", [r"a $x^$ b $\frac{$", "{force:.2g} {0} {}"])
 def test_a_name_with_braces_stands_in_what_to_measure_as_it_is(name: str) -> None:
     look = look_at(_problem(name=name))
