@@ -20,7 +20,11 @@ _TAKEN = {
     "sensor_thickness": "exact sensor thicknesses: sensors that are {} thicker",
     "padding_thickness": "exact padding thicknesses: paddings that are {} thicker",
     "dielectric_thickness": "exact dielectric thicknesses: dielectrics that are {} thicker",
+    "padding_young_modulus": "an exact modulus of the padding: one that is {} larger",
     "machine_compliance": "an exact machine compliance: a machine that gives {} more",
+    "padding_poisson_ratio": "an exact Poisson's ratio of the padding: one that is {} larger",
+    "friction_coefficient": "an exact friction of the ball: one that is {} larger",
+    "base_friction_coefficient": "an exact friction of the base: one that is {} larger",
 }
 
 

@@ -27,7 +27,11 @@ Cause = Literal[
     "sensor_thickness",
     "padding_thickness",
     "dielectric_thickness",
+    "padding_young_modulus",
     "machine_compliance",
+    "padding_poisson_ratio",
+    "friction_coefficient",
+    "base_friction_coefficient",
 ]
 
 #: Attribute of a posterior that keeps what no check can see, as `unseen_to_text` writes it.
@@ -35,12 +39,19 @@ UNSEEN = "not seen in the data"
 # An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), of a crosshead of class 1
 # (ISO 9513), and of a ball by the caliper.
 _SHARE = 0.01
-# The same of a fixed compliance [m/N]: of a frame and a load cell that were never pressed against bare steel.
-_COMPLIANCE = 1e-6
+# The same of what is fixed and has no share, in its SI unit: the compliance of a frame that was never pressed against bare steel,
+# and what a table says of a foam or of a friction.
+_MORE: Mapping[Cause, float] = {
+    "machine_compliance": 1e-6,
+    "padding_poisson_ratio": 0.05,
+    "friction_coefficient": 0.05,
+    "base_friction_coefficient": 0.05,
+}
 # Specimens with which it is said, as each takes another first answer.
 _MOST_SPECIMENS = 4
 _MODULI = ("young_modulus", "padding_young_modulus")
 _THICKNESSES: tuple[Cause, ...] = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
+_SHARES: tuple[Cause, ...] = (*_THICKNESSES, "padding_young_modulus")
 _WHAT = {
     "force_gain": "the load cell reads {} too high",
     "displacement_gain": "the travel reads {} too large",
@@ -48,7 +59,11 @@ _WHAT = {
     "sensor_thickness": "sensors are {} thicker than fixed",
     "padding_thickness": "paddings are {} thicker than fixed",
     "dielectric_thickness": "dielectrics are {} thicker than fixed",
+    "padding_young_modulus": "the padding's modulus is {} larger than fixed",
     "machine_compliance": "the machine gives {} more than fixed",
+    "padding_poisson_ratio": "the padding's Poisson's ratio is {} larger than fixed",
+    "friction_coefficient": "the ball's friction is {} larger than fixed",
+    "base_friction_coefficient": "the base's friction is {} larger than fixed",
 }
 
 
@@ -59,8 +74,8 @@ class Unseen:
     Attributes
     ----------
     cause : the unknown that would have to be named for it to count.
-    size : of the error: of a balance at the touch the noise of one reading [N], of a compliance what is added to it [m/N], of
-        whatever else is taken as exact a share of it.
+    size : of the error: of a balance at the touch the noise of one reading [N], of a compliance [m/N], a Poisson's ratio and
+        frictions what is added, of whatever else is taken as exact a share of it.
     name : the modulus that it moves most.
     shift : by how many of its standard deviations.
     share : by which share of itself.
@@ -101,7 +116,9 @@ class Unseen:
         >>> Unseen("machine_compliance", 1e-6, UnknownName("young_modulus"), 2.5, 0.02).size_in_words
         '1 µm/N'
         """
-        return f"{1e6 * self.size:g} µm/N" if self.cause == "machine_compliance" else f"{100 * self.size:g} %"
+        if self.cause == "machine_compliance":
+            return f"{1e6 * self.size:g} µm/N"
+        return f"{self.size:g}" if self.cause in _MORE else f"{100 * self.size:g} %"
 
     def to_plain(self) -> dict[str, Any]:
         """What a program reads of it, SI."""
@@ -185,16 +202,16 @@ def _errors(problem: Problem, before: Mapping[str, FirstEstimate]) -> Iterator[t
     radii = {sweep.indenter_radius for sweep in problem.sweeps}
     if "indenter_radius" not in named and len(radii) == 1:
         yield "indenter_radius", _SHARE, _with(experiment, "indenter_radius", (1 + _SHARE) * radii.pop())
-    if "machine_compliance" in problem.fixed:
-        more = problem.fixed["machine_compliance"] + _COMPLIANCE
-        yield "machine_compliance", _COMPLIANCE, _with(experiment, "machine_compliance", more)
-    for name in _THICKNESSES:
-        if (moved := _thicker(experiment, name)) != experiment:
+    for name, more in _MORE.items():
+        if isinstance(fixed := experiment.priors.get(name), Fixed):
+            yield name, more, _with(experiment, name, fixed.value + more)
+    for name in _SHARES:
+        if (moved := _larger(experiment, name)) != experiment:
             yield name, _SHARE, moved
 
 
-def _thicker(experiment: Experiment, name: str) -> Experiment:
-    """The experiment with what is fixed of a thickness larger."""
+def _larger(experiment: Experiment, name: str) -> Experiment:
+    """The experiment with what is fixed of a quantity larger."""
 
     def larger(priors: Mapping[str, Prior]) -> Mapping[str, Prior]:
         match priors.get(name):

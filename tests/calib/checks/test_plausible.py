@@ -522,6 +522,27 @@ def test_a_compliance_that_is_fixed_is_said_to_do_what_its_error_does() -> None:
     assert said.share > 0.002
 
 
+def test_a_poisson_ratio_of_a_foam_that_is_fixed_is_said_to_do_what_its_error_does() -> None:
+    foam = load_surrogate(family=FAMILIES["foam"])
+    design = design_from({**TRUTH, "padding_young_modulus": 0.3e6, "padding_poisson_ratio": 0.3, "indenter_radius": 5e-3})
+    rng = np.random.default_rng(2)
+    sweep = synthetic_sweep(foam, design, 0.5e-3, Rig(0.1e-3, 1e-6), rng, specimen="sensor 1", tie="none", n_points=16)
+    found = {}
+    for ratio in (0.3, 0.35):
+        lab = _lab(force_alone=True).shared(
+            padding_young_modulus=LogNormal(0.3e6, 1.6), padding_poisson_ratio=Fixed(ratio), machine_compliance=HalfNormal(2e-6)
+        )
+        foamed = replace(lab.experiment, padding_material="foam", model="surrogate")
+        found[ratio] = build_problem(foamed, (_recorded(sweep, 1),), foam)
+    outlook = plausibility(found[0.3]).outlook
+    assert outlook is not None
+    (said,) = (one for one in outlook.unseen if one.cause == "padding_poisson_ratio")
+    assert said.in_words.startswith("if the padding's Poisson's ratio is 0.05 larger than fixed, ")
+    before, after = (first_answer(problem).parameters[str(said.name)] for problem in found.values())
+    assert said.shift == pytest.approx((after.mean - before.mean) / before.sd, abs=0.2)
+    assert abs(said.shift) > 0.3
+
+
 def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
     lab = _lab(force_alone=True)
     own = tuple(replace(s, priors={**s.priors, "load_step": Normal(0.0, 5e-3)}) for s in lab.experiment.specimens)
