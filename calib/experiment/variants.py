@@ -64,7 +64,7 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
 
     Each of the others differs in one choice: the law, friction, the base and its friction, and whether the padding has a
     modulus of its own. Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out;
-    so are foams, which one sees. The discrepancy is not among the choices, see `possible_candidates`.
+    so are foams, which one sees (`kinds_of` has them). The discrepancy is not among the choices, see `possible_candidates`.
     """
     priors = experiment.priors
     glued, frictionless = ({k: p for k, p in priors.items() if k != name} for name in (_BASE_FRICTION, _FRICTION))
@@ -84,6 +84,13 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     else:
         others.append(Variant("friction", {"priors": {**priors, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
+
+
+def kinds_of(experiment: Experiment) -> tuple[Variant, ...]:
+    """List the other models that a lab is asked about whose data contradict its own: those of `variants_of`, and a foam."""
+    foam = Variant(_CHOICES["padding_material"]["foam"][0], {"padding_material": "foam"})
+    asked = experiment.padding_material != "foam" and _has_model(foam.of(experiment))
+    return (*variants_of(experiment)[1:], *([foam] if asked else []))
 
 
 def possible_candidates(experiment: Experiment) -> tuple[Variant, ...]:

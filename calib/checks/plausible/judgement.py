@@ -39,7 +39,7 @@ from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.plausible.unmodelled import unmodelled
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, held_twice, line_of_variant, model_in_words, readings_of_sweeps, variants_of
+from calib.experiment import Experiment, held_twice, kinds_of, line_of_variant, model_in_words, readings_of_sweeps, variants_of
 from calib.lab import Sweep, check_name, repeated_channels
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
@@ -130,7 +130,8 @@ def plausibility(problem: Problem) -> Plausibility:
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
     # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question up to `DECISIVE`.
     level: Level = "red" if conflicts.wrong else "amber"
-    preferred = [*_preferred(look, within, level), *(_of_models(look, level) if conflicts.suspicious else ())]
+    by_gain = [*_preferred(look, within, level), *(_of_models(look, level) if conflicts.suspicious else ())]
+    preferred = [reason for _, reason in sorted(by_gain, key=lambda found: -found[0])]
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
     verdict = verdict_of((*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files))
     try:
@@ -228,7 +229,7 @@ def _asked(slips: Sequence[Slip]) -> list[str]:
 def _of_another_kind(problem: Problem) -> Iterator[str]:
     """The question whether the sensor is of another kind, if there are models that expect all that was read."""
     found = []
-    for variant in variants_of(problem.experiment)[1:]:
+    for variant in kinds_of(problem.experiment):
         try:
             if farthest(ranges_of(other := problem_under(problem, variant))) < USUAL:
                 line = line_of_variant(problem.experiment, variant)
@@ -346,29 +347,30 @@ def _changed(problem: Problem, other: Problem) -> str:
     return ", ".join(word for word in theirs if word not in own)
 
 
-def _of_models(look: Look, level: Level) -> Iterator[Reason]:
-    """A reason for the model under which the data are by far most probable, if it is not the one that is stated."""
+def _of_models(look: Look, level: Level) -> Iterator[tuple[float, Reason]]:
+    """A reason for the model under which the data are by far most probable, if that is not the stated one, and by how much."""
     problem = look.problem
     near = values_near(dict(zip(problem.names, (look.weight @ columns_at(problem, look.theta)).tolist(), strict=True)))
-    best, found, found_as = look.log_evidence + PREFERRED, None, 0
-    variants = variants_of(problem.experiment)
-    for number, variant in enumerate(variants[1:], 1):
+    best, found, found_as = look.log_evidence + PREFERRED, None, None
+    for variant in kinds_of(problem.experiment):
         try:
             other = look_at(problem_under(problem, variant), near, best)
         except (InputError, ValueError):
             continue
         if other.confirmed and other.log_evidence > best and not conflicts_in(other).wrong:
-            best, found, found_as = other.log_evidence, other, number
-    if found is not None:
-        gain = (best - look.log_evidence) / math.log(10)
-        finding = f"under another model ({_changed(problem, found.problem)}) the data would be 10^{gain:.0f} times as probable"
+            best, found, found_as = other.log_evidence, other, variant
+    if found is not None and found_as is not None:
+        gain = best - look.log_evidence
+        times = f"10^{gain / math.log(10):.0f} times as probable"
+        finding = f"under another model ({_changed(problem, found.problem)}) the data would be {times}"
         values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"
-        line = line_of_variant(problem.experiment, variants[found_as])
+        line = line_of_variant(problem.experiment, found_as)
         question = "Look whether the sensor is of that kind" + (f", and if it is set {line}" if line else "")
-        question += "; `calib compare` calibrates every model that is not ruled out beyond doubt"
-        yield Reason("model", level, finding, question)
+        if found_as in variants_of(problem.experiment):
+            question += "; `calib compare` calibrates every model that is not ruled out beyond doubt"
+        yield gain, Reason("model", level, finding, question)
 
 
 def _evidence(problem: Problem) -> float:
@@ -408,8 +410,8 @@ def _are_one(slip: Slip, other: Slip) -> bool:
     return bool(slip.exchange[0]) and slip.exchange[0] == other.exchange[0]
 
 
-def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[Reason]:
-    """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
+def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[tuple[float, Reason]]:
+    """A reason for each slip without which the data are so much more probable that it must be asked for, and by how much."""
     stated = log_evidence_at(look.space, look.mode)
     found = []
     for slip, other in slips:
@@ -434,5 +436,5 @@ def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) 
         finding = f"with {slip.without}{same} the data would be 10^{gain / math.log(10):.0f} times as probable"
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
-        reasons.append(Reason(slip.gate, "red" if gain > DECISIVE else level, finding, slip.question))
+        reasons.append((gain, Reason(slip.gate, "red" if gain > DECISIVE else level, finding, slip.question)))
     return reasons

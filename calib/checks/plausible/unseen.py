@@ -39,8 +39,8 @@ UNSEEN = "not seen in the data"
 # An error that is looked at of what is taken as exact: of a load cell of class 1 (ISO 7500-1), of a crosshead of class 1
 # (ISO 9513), and of a ball by the caliper.
 _SHARE = 0.01
-# The same of what is fixed and has no share, in its SI unit: the compliance of a frame that was never pressed against bare steel,
-# and what a table says of a foam or of a friction.
+# The same of what is fixed and may be nothing, in its SI unit: the compliance of a frame that was never pressed against bare
+# steel, and what a table says of a foam or of a friction.
 _MORE: Mapping[Cause, float] = {
     "machine_compliance": 1e-6,
     "padding_poisson_ratio": 0.05,

@@ -543,6 +543,20 @@ def test_a_poisson_ratio_of_a_foam_that_is_fixed_is_said_to_do_what_its_error_do
     assert abs(said.shift) > 0.3
 
 
+def test_a_foam_that_is_taken_as_incompressible_is_asked_for() -> None:
+    design = design_from({**TRUTH, "padding_young_modulus": 0.3e6, "padding_poisson_ratio": 0.3, "indenter_radius": 5e-3})
+    rng = np.random.default_rng(2)
+    foam = load_surrogate(family=FAMILIES["foam"])
+    sweep = synthetic_sweep(foam, design, 0.5e-3, Rig(0.1e-3, 1e-6), rng, specimen="sensor 1", tie="force", n_points=16)
+    lab = _lab().shared(padding_young_modulus=LogNormal(0.3e6, 1.6))
+    own = replace(lab.experiment, padding_material="own", model="surrogate")
+    reasons = plausibility(build_problem(own, (_recorded(sweep, 1),), load_surrogate())).reasons
+    (asked,) = (reason for reason in reasons if reason.gate == "model")
+    assert "(foam as padding)" in asked.finding
+    assert 'material = "foam"' in asked.action
+    assert "calib compare" not in asked.action  # which has no foam among its models
+
+
 def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
     lab = _lab(force_alone=True)
     own = tuple(replace(s, priors={**s.priors, "load_step": Normal(0.0, 5e-3)}) for s in lab.experiment.specimens)
