@@ -25,6 +25,9 @@ SAME = 0.5
 _POINTS, _EXACTLY = 8, 0.01
 # Of so many points they need not agree as well: in mean square within this share of what noise makes of two presses.
 _MANY_POINTS, _COPIED = 30, 0.25
+# Points at rest, and how far their means may be apart in presses of one piece [1]; what must show of a force, as a share of its
+# range, and how far curves of one piece are apart, in mean square over what noise makes of it.
+_AT_REST, _REST_ALIKE, _FORCE_ALIKE, _LIKE_NOISE = 3, 3e-4, 5e-3, 2.0
 # Of rows of long records those with a remainder of zero are compared, this many at most.
 _MOST = 4000
 
@@ -93,6 +96,31 @@ def repeated_channels(first: Sweep, second: Sweep) -> tuple[str, ...]:
     return tuple(found)
 
 
+def as_one_piece(first: Sweep, second: Sweep) -> bool:
+    """Whether two presses are as alike as those of one piece: in capacitance at rest, and in force to its noise.
+
+    Pieces of one lot differ by a per cent and more in what their layers are thick, in capacitance at rest by as much, in force
+    by some times that. Where a force is read so coarsely that half a per cent of it does not show, nothing is told.
+
+    Parameters
+    ----------
+    first, second : the sweeps.
+    """
+    if not all({"force", "capacitance"} <= sweep.channels.keys() for sweep in (first, second)):
+        return False
+    rest = [float(np.mean(sweep.channels["capacitance"].value[:_AT_REST])) for sweep in (first, second)]
+    if abs(rest[0] - rest[1]) > _REST_ALIKE * abs(rest[0]):
+        return False
+    one, other = first.channels["force"], second.channels["force"]
+    variances = [sweep.noise["force"] ** 2 / sweep.channels["force"].n_effective for sweep in (first, second)]
+    moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
+    shown = (_FORCE_ALIKE * float(np.ptp(one.value))) ** 2
+    for away, expected in _over_displacement(one, other, variances[0], variances[1], _POINTS, moved):
+        if np.mean(expected) < shown and np.mean(away**2 / expected) < _LIKE_NOISE:
+            return True
+    return False
+
+
 def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
     one, other = first.channels[name], second.channels[name]
     equal = np.array_equal(one.value, other.value)
@@ -120,25 +148,35 @@ def _beside_each_other(
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """How far points are apart but for a level, in each way to lay `fewest` or more beside each other, with noise's variance.
 
-    Along the crosshead's reading, however readings were put together to points, and likewise with that of the other moved by as
-    much as contact is (`moved` [m], and what is left of that as far as it shows); and point by point, those of one moved on by
-    as many places as may have been cut off.
+    Along the crosshead's reading; and point by point, those of one moved on by as many places as may have been cut off.
     """
-    if one.displacement is not None and other.displacement is not None and np.all(np.diff(one.displacement) > 0):
-        for by in dict.fromkeys((0.0, moved)):
-            x = other.displacement + by
-            there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
-            if np.count_nonzero(there) >= fewest:
-                value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
-                apart, expected = value - other.value[there], variance + of_other[there]
-                yield apart - np.median(apart), expected
-                slope = np.interp(x[there], one.displacement, np.gradient(one.value, one.displacement))
-                yield _without(apart, expected, slope), expected
+    yield from _over_displacement(one, other, of_one, of_other, fewest, moved)
     for place in range(fewest - other.value.size, one.value.size - fewest + 1):
         mine = slice(max(place, 0), min(place + other.value.size, one.value.size))
         others = slice(mine.start - place, mine.stop - place)
         apart = one.value[mine] - other.value[others]
         yield apart - np.median(apart), of_one[mine] + of_other[others]
+
+
+def _over_displacement(
+    one: Points, other: Points, of_one: FloatArray, of_other: FloatArray, fewest: int, moved: float
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """The same along the crosshead's reading alone, however readings were put together to points.
+
+    Likewise with the reading of the other moved by as much as contact is (`moved` [m], and what is left of that as far as it
+    shows).
+    """
+    if one.displacement is None or other.displacement is None or not np.all(np.diff(one.displacement) > 0):
+        return
+    for by in dict.fromkeys((0.0, moved)):
+        x = other.displacement + by
+        there = (x >= one.displacement[0]) & (x <= one.displacement[-1])
+        if np.count_nonzero(there) >= fewest:
+            value, variance = (np.interp(x[there], one.displacement, column) for column in (one.value, of_one))
+            apart, expected = value - other.value[there], variance + of_other[there]
+            yield apart - np.median(apart), expected
+            slope = np.interp(x[there], one.displacement, np.gradient(one.value, one.displacement))
+            yield _without(apart, expected, slope), expected
 
 
 def _without(apart: FloatArray, variance: FloatArray, slope: FloatArray) -> FloatArray:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from calib.lab import SAME, Points, Sweep, repeated_channels, rows_of, share_in_both
+from calib.lab import SAME, Points, Sweep, as_one_piece, repeated_channels, rows_of, share_in_both
 from calib.lab.reduction import NoiseEstimate
-from models.sensor import FloatArray
+from calib.problem.synthetic import Rig, synthetic_sweep
+from models.analytic import ClosedForm
+from models.sensor import FloatArray, design_from
 
 
 def _press(seed: int, digits: int = 3, noise: float = 0.005) -> FloatArray:
@@ -60,3 +64,25 @@ def test_long_records_are_known_again_by_some_of_their_rows() -> None:
     force = np.round(np.linspace(0, 5, 200_000) + 0.01 * rng.standard_normal(200_000), 4)
     assert _share(force, force[777:150_000]) == 1.0
     assert _share(force, force[::-1].copy()) < 0.01
+
+
+def _piece(seed: int, thicker: float = 1.0, shift: float = 0.0, noise: float = 0.005) -> Sweep:
+    """A press of a piece whose layers are thicker by a factor, with contact and load zero of its own."""
+    design = design_from(
+        {
+            **{"young_modulus": 0.62e6, "relative_permittivity": 2.8, "sensor_radius": 10e-3, "indenter_radius": 5e-3},
+            **{"sensor_thickness": 0.75e-3 * thicker, "padding_thickness": 1.1e-3, "dielectric_thickness": 0.16e-3 * thicker},
+        }
+    )
+    rng = np.random.default_rng(seed)
+    rig = Rig(0.1e-3 + shift, 2e-6, rng.normal(0.0, 0.2), 1e-12, force_noise=noise, capacitance_noise=5e-15)
+    sweep = synthetic_sweep(ClosedForm(), design, 0.5e-3, rig, rng, specimen=f"{seed}", tie="force", n_points=30)
+    return replace(sweep, contact=0.1e-3 + shift)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.13e-3])
+def test_presses_of_one_piece_are_alike_and_those_of_another_of_the_lot_are_not(shift: float) -> None:
+    assert as_one_piece(_piece(1), _piece(2, shift=shift))
+    for thicker in (0.97, 0.99, 1.01):
+        assert not as_one_piece(_piece(1), _piece(2, thicker, shift))
+    assert not as_one_piece(_piece(1, noise=0.2), _piece(2, noise=0.2))  # too coarse to tell
