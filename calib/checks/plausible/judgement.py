@@ -168,7 +168,7 @@ def _of_gauges(problem: Problem) -> Iterator[Reason]:
             yield Reason("prior", "amber", finding, "Look at its sd and the unit of that, and give what the gauge can tell")
 
 
-# Share of the pairs of specimens of a lot that are alike by chance, at most: 0.3 % where layers differ by 1 %, 1 % by half that.
+# Share of the pairs of a lot that are alike by chance, at most: 0.3 % where layers differ by 1 % (sd), 1 % by half that.
 _BY_CHANCE = 0.03
 _AS_SWEEPS = "Give presses of one piece as sweeps of one specimen ([[specimens.sweeps]]); two pieces need nothing"
 
