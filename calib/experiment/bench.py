@@ -11,6 +11,11 @@ from types import MappingProxyType
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, get, quantity_at, quoted, raise_faults, table_at
+from calib.quantity import parse_quantity
+
+
+# Force [N] beyond which only a slip of the unit explains what a load cell is said to bear.
+_LARGEST_CELL = 1e5
 
 
 @dataclass(frozen=True)
@@ -137,10 +142,26 @@ def read_bench(path: Path | str) -> Bench:
         toml.fault(("without",), f"without must be a list of what cannot be measured, got {quoted(without)}", ", ".join(kinds))
         without = []
     paddings = _lengths(toml, "paddings", "padding_thickness")
-    load_cell = _positive(toml, ("load_cell",), "load_zero") if get(toml, ("load_cell",)) is not None else None
+    load_cell = _load(toml)
     balls = _lengths(toml, "balls", "indenter_radius")
     raise_faults(toml)
     return Bench(load_cell, BALLS if balls is None else balls, paddings, minutes, sds, frozenset(without))
+
+
+def _load(toml: Toml) -> float | None:
+    """What the load cell bears [N]; None where nothing is said, or nothing that can be."""
+    at, given = ("load_cell",), get(toml, ("load_cell",))
+    if given is None:
+        return None
+    try:
+        force = parse_quantity(given, "N") if isinstance(given, str) else math.nan
+    except ValueError as error:
+        toml.fault(at, f"load_cell: {error}", 'Write load_cell = "10 N"')
+        return None
+    if not 0 < force <= _LARGEST_CELL:
+        toml.fault(at, f"load_cell must be a force that a tester bears, got {quoted(given)}", 'Write load_cell = "10 N"')
+        return None
+    return force
 
 
 def _positive(toml: Toml, at: KeyPath, quantity: str) -> float:

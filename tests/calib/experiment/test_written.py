@@ -123,3 +123,22 @@ def test_all_faults_of_a_bench_are_told_with_their_lines(tmp_path: Path) -> None
     assert sorted(line for line in said if line) == [1, 2, 3, 4, 6, 7, 9, 10]
     assert 'Did you mean "repeat"?' in said[7]
     assert 'Write balls = ["1.5 mm", "5 mm"]' in said[2]
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("10 mm", 'unit "mm" cannot be converted to N'),
+        ("1e6 N", "a force that a tester bears"),
+        ("0 N", "a force that a tester"),
+    ],
+)
+def test_a_load_cell_that_is_none_is_refused_by_its_own_name(cell: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "bench.toml"
+    path.write_text(f'load_cell = "{cell}"\n', encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_bench(path)
+    (fault,) = refused.value.faults
+    assert fault.message.startswith("load_cell")
+    assert told in fault.message
+    assert fault.advice == 'Write load_cell = "10 N"'
