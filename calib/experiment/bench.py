@@ -13,7 +13,6 @@ from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, get, quantity_at, quoted, raise_faults, table_at
 from calib.quantity import parse_quantity
 
-
 # Force [N] beyond which only a slip of the unit explains what a load cell is said to bear.
 _LARGEST_CELL = 1e5
 
