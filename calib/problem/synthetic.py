@@ -115,6 +115,8 @@ def synthetic_sweep(
         noise["force"] = rig.force_noise
     if capacitance_points is not None:
         channels["capacitance"], noise["capacitance"] = capacitance_points, rig.capacitance_noise
+    # As lab files have it, within some micrometres: along which depths discrepancies go together hangs on it.
+    touch = float(np.interp(0.0, path, reading)) if with_force or tie == "displacement" else _NAN
     return Sweep(
         specimen=specimen,
         name=name,
@@ -126,4 +128,5 @@ def synthetic_sweep(
         clock_offset_sd=0.1 if tie == "clock" else _NAN,
         files=(),
         notes=(),
+        contact=touch,
     )

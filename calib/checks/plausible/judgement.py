@@ -130,7 +130,10 @@ def plausibility(problem: Problem) -> Plausibility:
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
     # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question up to `DECISIVE`.
     level: Level = "red" if conflicts.wrong else "amber"
-    by_gain = [*_preferred(look, within, level), *(_of_models(look, level) if conflicts.suspicious else ())]
+    by_gain = _preferred(look, within, level)
+    if conflicts.suspicious:  # another model is none that a slip explains the data by far better than
+        beaten = by_gain[0][0] - PREFERRED if by_gain else -math.inf
+        by_gain += [found for found in _of_models(look, level) if found[0] > beaten]
     preferred = [reason for _, reason in sorted(by_gain, key=lambda found: -found[0])]
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
     verdict = verdict_of((*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files))
@@ -177,26 +180,32 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
     """Two sweeps of the same readings, as where one file was entered for two, or saved anew; or two presses in one record."""
     experiment = problem.experiment
     entries = {(s.name, e.name): e for s in experiment.specimens for e in s.sweeps}
-    told: set[frozenset[str]] = set()
+    held = list(held_twice(readings_of_sweeps(experiment, problem.sweeps)))
+    told = {frozenset(pair) for pair in held}
     alike: list[str] = []
     for first, second in combinations(problem.sweeps, 2):
         pair = frozenset({first.specimen, second.specimen})
         if same := repeated_channels(first, second):
-            told.add(pair)
             finding = f"{first.title} and {second.title} have the same readings of {' and '.join(same)}"
             yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
+            told.add(pair)
+            held = [names for names in held if frozenset(names) != pair]
+        if pair in told or len(pair) < 2:
             continue
         one, other = (entries.get((sweep.specimen, sweep.name)) for sweep in (first, second))
-        if one is not None and other is not None and len(pair) == 2 and one.shares_record_with(other):
+        if one is not None and other is not None and one.shares_record_with(other):
             told.add(pair)
             finding = (
                 f"{first.title} and {second.title} are presses in one record, {first.files[0][0] if first.files else '?'}, as "
                 "of one piece: what all presses of a piece share would count twice, and the modulus come out too sure"
             )
             yield Reason("same readings", "amber", finding, _AS_SWEEPS)
-        elif len(pair) == 2 and pair not in told and as_one_piece(first, second):
+        elif as_one_piece(first, second):
             told.add(pair)
             alike.append(f"{first.specimen} and {second.specimen}")
+    for one_name, other_name in held:
+        finding = f"files of {one_name} and {other_name} hold the same readings, however they were cut, zeroed or saved"
+        yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
     if len(alike) > _BY_CHANCE * math.comb(len(experiment.specimens), 2):
         more = f" (and {len(alike) - 1} more pairs)" if len(alike) > 1 else ""
         finding = (
@@ -204,10 +213,6 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
             "of a piece share would count twice, and the modulus come out too sure"
         )
         yield Reason("same readings", "amber", finding, _AS_SWEEPS)
-    for one_name, other_name in held_twice(readings_of_sweeps(experiment, problem.sweeps)):
-        if frozenset({one_name, other_name}) not in told:
-            finding = f"files of {one_name} and {other_name} hold the same readings, however they were cut, zeroed or saved"
-            yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
 
 
 def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:
