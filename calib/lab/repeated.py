@@ -28,6 +28,8 @@ _MANY_POINTS, _COPIED = 30, 0.25
 # Points at rest, and how far their means may be apart in presses of one piece [1]; what must show of a force, as a share of its
 # range, and how far curves of one piece are apart, in mean square over what noise makes of it.
 _AT_REST, _REST_ALIKE, _FORCE_ALIKE, _LIKE_NOISE = 3, 3e-4, 5e-3, 2.0
+# No reading has less noise than its last digit in double precision [1], as that of a curve without any has.
+_DIGIT = 1e-12
 # Of rows of long records those with a remainder of zero are compared, this many at most.
 _MOST = 4000
 
@@ -112,7 +114,7 @@ def as_one_piece(first: Sweep, second: Sweep) -> bool:
     if abs(rest[0] - rest[1]) > _REST_ALIKE * abs(rest[0]):
         return False
     one, other = first.channels["force"], second.channels["force"]
-    variances = [sweep.noise["force"] ** 2 / sweep.channels["force"].n_effective for sweep in (first, second)]
+    variances = [_variance(sweep, "force") for sweep in (first, second)]
     moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
     shown = (_FORCE_ALIKE * float(np.ptp(one.value))) ** 2
     for away, expected in _over_displacement(one, other, variances[0], variances[1], _POINTS, moved):
@@ -132,7 +134,7 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
         return False
     if equal:
         return True
-    variances = [sweep.noise[name] ** 2 / sweep.channels[name].n_effective for sweep in (first, second)]
+    variances = [_variance(sweep, name) for sweep in (first, second)]
     exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
     fewest = max(_POINTS, math.ceil(SAME * min(one.value.size, other.value.size)))
     moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
@@ -141,6 +143,13 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
         if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
             return True
     return False
+
+
+def _variance(sweep: Sweep, name: str) -> FloatArray:
+    """Variance of each point of a channel by the noise of its readings, at least that of a last digit."""
+    points = sweep.channels[name]
+    least = _DIGIT * float(np.max(np.abs(points.value)))
+    return np.maximum(sweep.noise[name] ** 2 / points.n_effective, least**2)
 
 
 def _beside_each_other(

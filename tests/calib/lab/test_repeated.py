@@ -86,3 +86,10 @@ def test_presses_of_one_piece_are_alike_and_those_of_another_of_the_lot_are_not(
     for thicker in (0.97, 0.99, 1.01):
         assert not as_one_piece(_piece(1), _piece(2, thicker, shift))
     assert not as_one_piece(_piece(1, noise=0.2), _piece(2, noise=0.2))  # too coarse to tell
+
+
+def test_curves_without_noise_are_compared_as_others_are() -> None:
+    one, again, other = (_piece(seed, thicker, noise=0.0) for seed, thicker in ((1, 1.0), (1, 1.0), (2, 1.01)))
+    assert "force" in repeated_channels(one, again)
+    assert not as_one_piece(one, other)
+    assert "force" not in repeated_channels(one, other)
