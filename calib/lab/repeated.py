@@ -115,9 +115,8 @@ def as_one_piece(first: Sweep, second: Sweep) -> bool:
         return False
     one, other = first.channels["force"], second.channels["force"]
     variances = [_variance(sweep, "force") for sweep in (first, second)]
-    moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
     shown = (_FORCE_ALIKE * float(np.ptp(one.value))) ** 2
-    for away, expected in _over_displacement(one, other, variances[0], variances[1], _POINTS, moved):
+    for away, expected in _over_displacement(one, other, variances[0], variances[1], _POINTS, _moved(first, second)):
         if np.mean(expected) < shown and np.mean(away**2 / expected) < _LIKE_NOISE:
             return True
     return False
@@ -137,12 +136,16 @@ def _same_points(first: Sweep, second: Sweep, name: str) -> bool:
     variances = [_variance(sweep, name) for sweep in (first, second)]
     exactly = _EXACTLY * float(np.sqrt(min(np.min(variance) for variance in variances)))
     fewest = max(_POINTS, math.ceil(SAME * min(one.value.size, other.value.size)))
-    moved = 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
-    for away, expected in _beside_each_other(one, other, variances[0], variances[1], fewest, moved):
+    for away, expected in _beside_each_other(one, other, variances[0], variances[1], fewest, _moved(first, second)):
         alike = np.count_nonzero(np.abs(away) <= exactly) >= fewest
         if alike or (away.size >= _MANY_POINTS and np.mean(away**2 / expected) < _COPIED):
             return True
     return False
+
+
+def _moved(first: Sweep, second: Sweep) -> float:
+    """By how much contact comes later on the crosshead of the first [m]; 0 where it is not known."""
+    return 0.0 if math.isnan(first.contact + second.contact) else first.contact - second.contact
 
 
 def _variance(sweep: Sweep, name: str) -> FloatArray:

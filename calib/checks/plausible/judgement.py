@@ -180,7 +180,8 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
     """Two sweeps of the same readings, as where one file was entered for two, or saved anew; or two presses in one record."""
     experiment = problem.experiment
     entries = {(s.name, e.name): e for s in experiment.specimens for e in s.sweeps}
-    held = list(held_twice(readings_of_sweeps(experiment, problem.sweeps)))
+    several = len(experiment.specimens) > 1  # or their files need not be read again
+    held = list(held_twice(readings_of_sweeps(experiment, problem.sweeps))) if several else []
     told = {frozenset(pair) for pair in held}
     alike: list[str] = []
     for first, second in combinations(problem.sweeps, 2):
@@ -371,24 +372,25 @@ def _of_models(look: Look, level: Level) -> Iterator[tuple[float, Reason]]:
     """A reason for the model under which the data are by far most probable, if that is not the stated one, and by how much."""
     problem = look.problem
     near = values_near(dict(zip(problem.names, (look.weight @ columns_at(problem, look.theta)).tolist(), strict=True)))
-    best, found, found_as = look.log_evidence + PREFERRED, None, None
+    best, found = look.log_evidence + PREFERRED, None
     for variant in kinds_of(problem.experiment):
         try:
             other = look_at(problem_under(problem, variant), near, best)
         except (InputError, ValueError):
             continue
         if other.confirmed and other.log_evidence > best and not conflicts_in(other).wrong:
-            best, found, found_as = other.log_evidence, other, variant
-    if found is not None and found_as is not None:
+            best, found = other.log_evidence, (other, variant)
+    if found is not None:
+        model, variant = found
         gain = best - look.log_evidence
         times = f"10^{gain / math.log(10):.0f} times as probable"
-        finding = f"under another model ({_changed(problem, found.problem)}) the data would be {times}"
-        values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
+        finding = f"under another model ({_changed(problem, model.problem)}) the data would be {times}"
+        values = dict(zip(model.problem.names, model.weight @ columns_at(model.problem, model.theta), strict=True))
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"
-        line = line_of_variant(problem.experiment, found_as)
+        line = line_of_variant(problem.experiment, variant)
         question = "Look whether the sensor is of that kind" + (f", and if it is set {line}" if line else "")
-        if found_as in variants_of(problem.experiment):
+        if variant in variants_of(problem.experiment):
             question += "; `calib compare` calibrates every model that is not ruled out beyond doubt"
         yield gain, Reason("model", level, finding, question)
 
