@@ -4,8 +4,10 @@ A lab is one specimen as the shipped experiment has them, its unknowns drawn fro
 elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than
 the sensor, or a foam, a ball that rubs, a slippery base, one that rubs. It is calibrated with the model that knows of it, or
 (`as one silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus
-and of the signal at 10 N (on a foam 3 N) on the padding that is recommended, how far the modulus is off, and how many
-calibrations converged. With -o labs are kept, a line of JSON each, and those that are there are not repeated.
+and of the signal at 10 N (on a foam 3 N) on the padding that is recommended, and how far the modulus is off. Posteriors are the
+weighted draws of a first answer where these can be trusted (k-hat below 0.7, 200 effective draws), else, or with --chains
+always, chains: how many, and how many of these converged, is printed, too. With -o labs are kept, a line of JSON each, and
+those that are there are not repeated.
 """
 
 from __future__ import annotations
@@ -14,11 +16,13 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from simulated.answered import calibrated
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
-from simulated.labs import print_labs
+from simulated.labs import lab_parser, parsed, rows_of
 from simulated.usual import usual_lab
 
 from calib.decision import Requirement, recommend
@@ -26,7 +30,6 @@ from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import parse_prior
 from calib.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import sample
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
 from models.sensor import INCOMPRESSIBLE, Base, Design, design_from
@@ -102,13 +105,13 @@ def planted_lab(experiment: Experiment, kind: Kind, rng: np.random.Generator) ->
     return truth, design_from(truth, friction_coefficient=kind.friction, base=base), rig
 
 
-def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
+def calibrate(name: str, seed: int, max_steps: int, *, chains: bool = False) -> dict[str, Any]:
     """Simulate and calibrate one lab; where truth lies."""
     with one_thread():
-        return _calibrate(name, seed, max_steps)
+        return _calibrate(name, seed, max_steps, chains)
 
 
-def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
+def _calibrate(name: str, seed: int, max_steps: int, chains: bool) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
     experiment = calibrated_as(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190304])
@@ -117,7 +120,7 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)
     forward = forward_of_experiment(experiment)
     problem = build_problem(experiment, [sweep], forward)
-    posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
+    by, posterior = calibrated(problem, seed, max_steps, chains=chains)
     found = posterior.draws.reshape(-1, len(problem.names))
     modulus = found[:, problem.names.index("young_modulus")]
     force = FORCE_ON_FOAM if kind.poisson_ratio < INCOMPRESSIBLE else FORCE
@@ -132,8 +135,7 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     return {
         "kind": name,
         "seed": seed,
-        "converged": posterior.diagnostics.converged,
-        "steps": posterior.diagnostics.steps,
+        **by,
         "truth": truth["young_modulus"],
         "mean": float(np.mean(modulus)),
         "sd": float(np.std(modulus)),
@@ -148,23 +150,30 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
 
 def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Lines of a table in Markdown, one for each kind."""
-    yield "| planted | labs | converged | modulus in 90 % | off, rms | off in sd, rms | signal in 90 % |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| planted | labs | by chains | converged | modulus in 90 % | off, rms | off in sd, rms | signal in 90 % |"
+    yield "|---|---|---|---|---|---|---|---|"
     for name in dict.fromkeys(row["kind"] for row in rows):
         own = [row for row in rows if row["kind"] == name]
         inside = np.mean([0.05 < row["rank"] < 0.95 for row in own])
         off = np.array([row["mean"] / row["truth"] - 1 for row in own])
         sds = np.array([(row["mean"] - row["truth"]) / row["sd"] for row in own])
         signals = [row["signal inside"] for row in own if row["signal inside"] is not None]
-        converged = sum(row["converged"] for row in own)
+        chains = [row["converged"] for row in own if row["by"] == "chains"]
         rms = [f"{np.sqrt(np.mean(off**2)):.1%}", f"{np.sqrt(np.mean(sds**2)):.1f}"]
         signal = f"{np.mean(signals):.0%} of {len(signals)}" if signals else "-"
-        yield f"| {name} | {len(own)} | {converged} | {inside:.0%} | {rms[0]} | {rms[1]} | {signal} |"
+        yield f"| {name} | {len(own)} | {len(chains)} | {sum(chains)} | {inside:.0%} | {rms[0]} | {rms[1]} | {signal} |"
 
 
 def main(words: Sequence[str] | None = None) -> None:
     """Calibrate the labs that are asked for and print the table of all."""
-    print_labs(words, __doc__, KINDS, calibrate, table, labs=60, limit=("--steps", 3000, "of each walker, at most"))
+    parser = lab_parser(__doc__, KINDS, 60)
+    parser.add_argument("--steps", metavar="N", type=int, default=3000, help="of each walker of chains, at most")
+    parser.add_argument("--chains", action="store_true", help="calibrate every lab by chains, to hold the others against")
+    given = parsed(parser, words, KINDS)
+    one = partial(calibrate, chains=given.chains)
+    rows = rows_of(one, given.kinds, given.labs, given.steps, given.processes, given.output)
+    order = list(KINDS)
+    print("\n".join(table(sorted(rows, key=lambda row: order.index(row["kind"])))))
 
 
 if __name__ == "__main__":

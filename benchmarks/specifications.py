@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from simulated.answered import weighted_posterior
+from simulated.answered import calibrated
 from simulated.discrepant import curve_off, drawn_widths
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
@@ -44,7 +44,7 @@ from calib.lab import Sweep
 from calib.priors import Fixed, Normal
 from calib.problem import Problem, build_problem, columns_at
 from calib.problem.synthetic import synthetic_sweep
-from calib.sampling import K_HAT, Look, Posterior, look_at, sample
+from calib.sampling import Posterior, look_at
 from models.curves import curves_of, press_to, signal_at
 from models.fem import FiniteElements
 from models.fem.capacitance import row_positions
@@ -57,8 +57,8 @@ from models.threads import one_thread
 KINDS = ("as believed, to 5 N", "as believed, to 10 N", "exact, to 5 N", "exact, to 10 N")
 #: Padding of the data up to the load [m], beyond that of the shipped experiment.
 _MORE_PADDING = 2.2e-3
-#: Effective draws from which a first answer is taken for the posterior, and most steps of the chains that stand in for it.
-WORTH, STEPS_OF_CHAINS = 200.0, 4000
+#: Most steps of the chains that stand in for a first answer.
+STEPS_OF_CHAINS = 4000
 # What least squares do not fit, but take as it was meant to be.
 _MEANT = ("machine_compliance", "parasitic_capacitance")
 #: Load [N], padding of the limits of stated failure, paddings to choose from, and those at which truth is computed [m].
@@ -120,7 +120,7 @@ def _answer(kind: str, seed: int, quick: bool, n_draw: int, chains: bool) -> dic
     row: dict[str, Any] = {"kind": kind, "seed": seed}
     try:
         lab = _lab(kind, seed)
-        found, posterior = _calibrated(lab, chains)
+        found, posterior = calibrated(lab.problem, seed, STEPS_OF_CHAINS, chains=chains)
         row |= found
         fitted = _least_squares(lab)
         ways = {
@@ -172,18 +172,6 @@ def _lab(kind: str, seed: int) -> Lab:
     name = experiment.specimens[0].name
     sweep = synthetic_sweep(true, design, depth, rig, rng, specimen=name, n_points=POINTS)
     return Lab(seed, experiment, forward_of_experiment(experiment), sweep, design, width)
-
-
-def _calibrated(lab: Lab, chains: bool) -> tuple[dict[str, Any], Posterior]:
-    """How a lab was calibrated, and its posterior."""
-    look = look_at(lab.problem)
-    weight, k_hat = look.smoothed
-    row = {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
-    if chains or not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
-        posterior = sample(lab.problem, seed=1, processes=0, max_steps=STEPS_OF_CHAINS)
-        return {**row, "by": "chains", "converged": posterior.diagnostics.converged}, posterior
-    weighted: Look = replace(look, weight=weight / np.sum(weight))
-    return {**row, "by": "first answer"}, weighted_posterior(lab.problem, weighted, np.random.default_rng([lab.seed, 1]))
 
 
 def _least_squares(lab: Lab) -> dict[str, float]:

@@ -1,18 +1,41 @@
-"""A problem and a look at its posterior in, that as a `Posterior` out, in a second instead of the minute of chains."""
+"""A problem in, its posterior out: weighted draws of a first answer, in a second, or where these cannot be trusted chains."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from calib.problem import Problem, block_names, columns_at
-from calib.sampling import Convergence, Diagnostics, Gate, Look, Posterior, answer_of, summarise
+from calib.sampling import K_HAT, Convergence, Diagnostics, Gate, Look, Posterior, answer_of, look_at, sample, summarise
 
 #: First answers of fewer effective draws are made again where models are averaged.
 FEW = 100.0
 #: Chains and draws of each to which importance draws are resampled.
 CHAINS, DRAWS = 4, 500
+#: Effective draws from which a first answer is taken for the posterior.
+WORTH = 200.0
+
+
+def calibrated(problem: Problem, seed: int, max_steps: int, *, chains: bool = False) -> tuple[dict[str, Any], Posterior]:
+    """How a lab was calibrated, for its row, and its posterior.
+
+    Parameters
+    ----------
+    problem : of the lab.
+    seed : of the choice among weighted draws.
+    max_steps : of each walker of the chains.
+    chains : always, not only where the weighted draws cannot be trusted (k-hat above 0.7, fewer than `WORTH` effective).
+    """
+    look = look_at(problem)
+    weight, k_hat = look.smoothed
+    row = {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
+    if chains or not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
+        posterior = sample(problem, seed=1, processes=0, max_steps=max_steps)
+        return {**row, "by": "chains", "converged": posterior.diagnostics.converged}, posterior
+    weighted = replace(look, weight=weight / np.sum(weight))
+    return {**row, "by": "first answer"}, weighted_posterior(problem, weighted, np.random.default_rng([seed, 1]))
 
 
 def weighted_posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Posterior:
