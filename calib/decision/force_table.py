@@ -181,6 +181,11 @@ class ForceTable:
         low, high = (float(c) * 1e12 for c in self.tare[[0, 2]])
         return f"{interval_text(low, high)} pF ({LEVEL * 100:g} %)" if high > low else f"about {low:.4g} pF"
 
+    @property
+    def tare_limits(self) -> tuple[float, float]:
+        """Between what a tare [F] may be one of this sensor: above it is more than noise away from what is to be expected."""
+        return float(self.tare[0]) * (1 - _TARE_BELOW), float(self.tare[2]) * (1 + self.touch)
+
     def tare_doubt(self, tare: float) -> Reason | None:
         """Why a tare cannot well be one of this sensor, if it is too far off what is to be expected.
 
@@ -188,10 +193,10 @@ class ForceTable:
         ----------
         tare : [F], c0.
         """
-        low, high = float(self.tare[0]) * (1 - _TARE_BELOW), float(self.tare[2])
-        above = tare / high - 1
-        if low <= tare and above < self.touch:
+        low, most = self.tare_limits
+        if low <= tare <= most:
             return None
+        above = tare / float(self.tare[2]) - 1
         finding = f"{self.name}: a tare of {tare * 1e12:.6g} pF is not what is to be expected of it, {self.tare_in_words}"
         if tare < low:
             finding += ": what is read with it may mean another force"

@@ -26,10 +26,10 @@ _KIND, _FORMAT = "force tables", 1
 # Most letters of an identifier; C99 tells 63 apart.
 _LONGEST = 40
 # Bytes of a number in a table, and numbers of it beside its rows.
-_BYTES, _COLUMNS, _LIMITS = 4, 4, 2
+_BYTES, _COLUMNS, _LIMITS = 4, 4, 4
 # Numbers in a line of a file.
 _IN_LINE = 8
-_PPB, _MICRO = 1e9, 1e6
+_PPB, _MICRO, _PICO, _FEMTO = 1e9, 1e6, 1e12, 1e15
 _LARGEST_INTEGER = 2**31 - 1
 
 
@@ -190,7 +190,7 @@ def _written(table: _LaidOut, write: Callable[[str], str]) -> _LaidOut:
 
 def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
     columns = (table.ratio, table.force, table.lower, table.upper)
-    limits = (table.below, table.touch)
+    limits, tares = (table.below, table.touch), tuple(c * _PICO for c in table.tare_limits)
     scales = (_PPB, _MICRO, _MICRO, _MICRO)
     if table.end * _MICRO > _LARGEST_INTEGER or table.ratio[-1] * _PPB > _LARGEST_INTEGER:
         message = f"{table.name}: {table.end:.6g} N at {table.ratio[-1]:.3g} times the tare is more than a table holds"
@@ -213,13 +213,15 @@ def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
         range_ppm=ppm,
         range_force=forces,
         floats=tuple(_lines([f"{x:.8e}f" for x in column]) for column in columns),
-        limits=tuple(f"{x:.8e}f" for x in limits),
+        limits=tuple(f"{x:.8e}f" for x in (*limits, *tares)),
         integers=tuple(
             _lines([str(n) for n in _integers(column, scale)]) for column, scale in zip(columns, scales, strict=True)
         ),
-        integer_limits=tuple(str(round(x * _PPB)) for x in limits),
+        integer_limits=tuple(
+            str(round(x * scale)) for x, scale in (*((x, _PPB) for x in limits), *((x, _FEMTO / _PICO) for x in tares))
+        ),
         numbers=tuple(_lines([f"{x:.12g}" for x in column]) for column in columns),
-        number_limits=tuple(f"{x:.12g}" for x in limits),
+        number_limits=tuple(f"{x:.12g}" for x in (*limits, *tares)),
     )
 
 
@@ -295,6 +297,7 @@ def _json(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
             "turn_N": table.turn,
             "rest_capacitance_F": table.rest_capacitance,
             "tare_F": table.tare,
+            "tare_limits_F": table.tare_limits,
             "parasitic_F": table.parasitic,
             "noise_F": table.noise,
             "ratio": table.ratio,

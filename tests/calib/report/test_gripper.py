@@ -64,6 +64,11 @@ int main(void)
             if (scanf("%%f", &r) != 1) return 1;
             f = force_from_ratio(floats[which], r);
             say(f);
+        } else if (strcmp(kind, "tare") == 0) {
+            float tare_pF;
+            if (scanf("%%f", &tare_pF) != 1) return 1;
+            printf("%%d %%d 0 0 0\\n", force_tare_expected(floats[which], tare_pF),
+                   force_tare_expected_int(integers[which], (int64_t)((double)tare_pF * 1000.0 + 0.5)));
         } else {
             int64_t c, tare;
             struct force_reading_int f;
@@ -195,6 +200,20 @@ def test_c_answers_what_is_no_reading_with_a_status(compiled: Compiled) -> None:
     assert wild[:, 4].tolist() == [Status.BEYOND_RANGE, Status.BELOW_REST, Status.NO_CONTACT]
 
 
+@pytest.mark.parametrize("which", range(len(NAMES)))
+def test_a_tare_that_is_doubted_is_not_expected_in_firmware_either(
+    compiled: Compiled, module: ModuleType, made: GripperTables, which: int
+) -> None:
+    table = made.tables[which]
+    under_load = float(table.tare[2] * (1 + np.interp(2.0, table.force, table.ratio)))
+    tares = np.array([table.tare[1], under_load, *np.linspace(0.97 * table.tare[0], 1.05 * table.tare[2], 40)])
+    expected = [table.tare_doubt(float(tare)) is None for tare in tares]
+    assert expected[:2] == [True, False]
+    said = compiled.ask("tare", which, tares[:, None] * 1e12)
+    assert said[:, 0].tolist() == said[:, 1].tolist() == expected
+    assert [module.tare_expected(module.TABLES[table.name], float(tare) * 1e12) for tare in tares] == expected
+
+
 def test_a_table_takes_less_than_4_kilobytes(compiled: Compiled, texts: Mapping[str, str]) -> None:
     assert sum(compiled.size) <= 4096
     assert f"takes {compiled.size[0]} bytes as float" in texts["force_tables.h"]
@@ -241,12 +260,13 @@ def test_the_readme_shows_what_works_in_python(
     module: ModuleType, made: GripperTables, texts: Mapping[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     (code,) = re.findall(r"^```python\n(.*?)^```", texts["README.md"], re.DOTALL | re.MULTILINE)
-    assert len(code.splitlines()) == 3
+    assert len(code.splitlines()) == 4
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "force_tables", module)
         exec(code, {})
     expected = made.tables[-1].force_at(100.0, 97.5)  # of the design, which was asked for
-    said = capsys.readouterr().out.split()
+    fits, *said = capsys.readouterr().out.split()
+    assert fits == str(made.tables[-1].tare_doubt(97.5e-12) is None)
     assert [float(x) for x in said[:3]] == pytest.approx([float(expected.force), float(expected.lower), float(expected.upper)])
     assert said[3] == str(expected.status == Status.VALID)
 
@@ -255,16 +275,20 @@ def test_the_readme_shows_what_compiles_in_c(texts: Mapping[str, str], tmp_path:
     if (compiler := shutil.which("cc")) is None:
         pytest.skip("there is no C compiler (cc)")
     (code,) = re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.DOTALL | re.MULTILINE)
-    first, second, *inside = code.splitlines()
+    first, second, *lines_of_both = code.splitlines()
+    once, inside = lines_of_both[:2], lines_of_both[2:]
     assert len(inside) == 3
     (tmp_path / "force_tables.h").write_text(texts["force_tables.h"], encoding="utf-8")
-    lines = [first, second, "void act_on(float, float, float);", "void on_reading(float);"]
+    lines = [first, second, "void act_on(float, float, float);", "void on_reading(float);", "void tare_again(void);"]
     lines += [
         "void on_reading(float capacitance) {",
         *inside,
         "}",
         "void at_rest(float);",
-        "void at_rest(float c) { tare = c; }",
+        "void at_rest(float c) {",
+        "tare = c;",
+        *once,
+        "}",
     ]
     (tmp_path / "a.c").write_text("\n".join(lines) + "\n", encoding="utf-8")
     subprocess.run([compiler, *FLAGS, "-DFORCE_TABLES_NO_INTEGER", "-c", "a.c"], cwd=tmp_path, check=True, timeout=60)
