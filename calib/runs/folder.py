@@ -49,7 +49,7 @@ class Run:
     another_forward : in words that the posterior was sampled with another model than is here now; empty if not.
     changed_inputs : in words which files the run was made from have changed since.
     members : the models that the posterior is an average of; none if it is of one model.
-    gone : in words which files of the run are not there any more, though nothing rests on them.
+    gone : in words which files of the run, or that it was made from, are not there any more, though nothing rests on them.
     """
 
     folder: Path
@@ -124,9 +124,16 @@ def _gone(folder: Path, listing: Listing | None) -> tuple[str, ...]:
     """What a command on a finished run does without, in words."""
     if listing is None:
         return (f"{folder / LISTING} is not there: nothing tells whether the files of this run are as they were written.",)
+    notes = []
     if RECOMMENDATION in listing.files and not (folder / RECOMMENDATION).is_file():
-        return (f"{folder / RECOMMENDATION} is not there any more: make it again with `calib recommend`.",)
-    return ()
+        notes.append(f"{folder / RECOMMENDATION} is not there any more: make it again with `calib recommend`.")
+    if missing := [Path(entry.file).name for entry in listing.inputs if entry.found(folder) is None]:
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        notes.append(
+            f"Of the files that this calibration was made from {missing[0]}{more} cannot be found: whether they are still what "
+            "they were is not known. The numbers are of what they were."
+        )
+    return tuple(notes)
 
 
 def changed_inputs(folder: Path, listing: Listing, expected: Collection[str] = ()) -> tuple[str, ...]:

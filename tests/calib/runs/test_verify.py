@@ -106,10 +106,13 @@ def test_what_was_moved_away_is_missing_and_not_changed(run: Path, made: Path) -
     assert verify(made / "run")
 
 
-def test_inputs_that_are_nowhere_are_missing(lab: Path) -> None:
+def test_inputs_that_are_nowhere_are_missing_and_commands_say_so(lab: Path) -> None:
     quick(lab)
+    assert load_run(lab / "run").gone == ()
     (lab / "force.csv").rename(lab / "elsewhere.csv")
     assert _wrong(lab / "run") == {"force.csv": "missing"}
+    said = " ".join(_command("report", lab / "run").stderr.split())
+    assert "Note: Of the files that this calibration was made from force.csv cannot be found" in said
 
 
 def test_a_result_copied_from_another_run_is_refused_where_it_would_be_built_on(run: Path) -> None:
