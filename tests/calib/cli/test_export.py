@@ -211,7 +211,7 @@ def test_the_command_in_the_readme_reads_the_table_that_the_readme_shows(
     exported = _run("export", runs / "good", *asked, "--draws", 100, "-o", tmp_path / "gripper")
     assert exported.exit_code == 0, _said(exported)
     readme = (tmp_path / "gripper" / "README.md").read_text(encoding="utf-8")
-    (shown,) = set(re.findall(r"TABLES\['(.*)'\]", readme)
+    (shown,) = set(re.findall(r"TABLES\['(.*?)'\]", readme))
     (command,) = re.findall(r"^calib (force RUN .*)$", readme, re.MULTILINE)
     table = next(
         t
