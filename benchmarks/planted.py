@@ -12,7 +12,6 @@ those that are there are not repeated.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,12 +25,14 @@ from simulated.labs import lab_parser, parsed, rows_of
 from simulated.usual import usual_lab
 
 from calib.decision import Requirement, recommend
+from calib.errors import InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import parse_prior
 from calib.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import Posterior
 from models.fem import FiniteElements
-from models.response import ConvergenceError, OutOfRangeError
+from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import INCOMPRESSIBLE, Base, Design, design_from
 from models.threads import one_thread
 
@@ -124,14 +125,8 @@ def _calibrate(name: str, seed: int, max_steps: int, chains: bool) -> dict[str, 
     found = posterior.draws.reshape(-1, len(problem.names))
     modulus = found[:, problem.names.index("young_modulus")]
     force = FORCE_ON_FOAM if kind.poisson_ratio < INCOMPRESSIBLE else FORCE
-    best = recommend(posterior, forward, Requirement(force, *PADDINGS, n_thickness=23), seed=seed)
-    built = replace(design, padding=replace(design.padding, thickness=best.best))
-    try:
-        signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([force])).capacitance[0])
-        change = signal / float(np.asarray(built.rest_capacitance)) - 1
-    except (OutOfRangeError, ConvergenceError):
-        change = math.nan
-    low, high = float(best.change_at_best[0]), float(best.change_at_best[-1])
+    asked = Requirement(force, *PADDINGS, n_thickness=23)
+    said = _recommended(posterior, forward, asked, design, seed)
     return {
         "kind": name,
         "seed": seed,
@@ -140,12 +135,25 @@ def _calibrate(name: str, seed: int, max_steps: int, chains: bool) -> dict[str, 
         "mean": float(np.mean(modulus)),
         "sd": float(np.std(modulus)),
         "rank": float(np.mean(modulus < truth["young_modulus"])),
-        "padding": best.best,
-        "signal": change,
-        "band": [low, high],
-        "signal inside": None if math.isnan(change) else low <= change <= high,
+        **said,
         "processor": round(time.process_time() - began, 1),
     }
+
+
+def _recommended(posterior: Posterior, forward: Forward, asked: Requirement, design: Design, seed: int) -> dict[str, Any]:
+    """The padding that is recommended, the signal there and what was said of it; none where no padding carries the load."""
+    try:
+        best = recommend(posterior, forward, asked, seed=seed)
+    except InputError:
+        return {"padding": None, "signal": None, "band": None, "signal inside": None}
+    built = replace(design, padding=replace(design.padding, thickness=best.best))
+    low, high = float(best.change_at_best[0]), float(best.change_at_best[-1])
+    try:
+        signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([asked.force])).capacitance[0])
+    except (OutOfRangeError, ConvergenceError):
+        return {"padding": best.best, "signal": None, "band": [low, high], "signal inside": None}
+    change = signal / float(np.asarray(built.rest_capacitance)) - 1
+    return {"padding": best.best, "signal": change, "band": [low, high], "signal inside": low <= change <= high}
 
 
 def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
