@@ -22,7 +22,9 @@ from calib.problem.problem import Problem
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import of_lot
 from calib.problem.values import columns_at
-from calib.sampling.estimate import look_at
+from calib.sampling import newcomer as newcomer_module
+from calib.sampling.coordinates import Coordinates
+from calib.sampling.estimate import highest_mode, look_at
 from calib.sampling.findings import FirstEstimate, Stranger
 from calib.sampling.newcomer import GivenLot, given_lot, joined_problem, lot_of, posterior_of, quantiles
 from calib.sampling.posterior import Posterior
@@ -100,6 +102,26 @@ def test_a_newcomer_is_what_the_calibration_of_its_lot_with_it_says(make_posteri
         wanted, width = _moments(whole[own.info.name], look.weight)
         assert mean == pytest.approx(wanted, abs=0.25 * width), own.info.name
         assert sd == pytest.approx(width, rel=0.2), own.info.name
+
+
+def test_a_climb_that_is_lost_is_tried_given_another_draw_of_the_lot(
+    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    climbs: list[FloatArray] = []
+
+    def lost_at_first(space: Coordinates, random: np.random.RandomState) -> tuple[FloatArray, bool]:
+        mode, confirmed = highest_mode(space, random)
+        climbs.append(mode)
+        return (mode + 1.5, False) if len(climbs) == 1 else (mode, confirmed)
+
+    monkeypatch.setattr(newcomer_module, "highest_mode", lost_at_first)
+    found = given_lot(_newcomer(_lot(make_posterior), 0.64e6), 1)
+    assert len(climbs) == 2
+    assert found.trusted
+    wanted = _given(make_posterior)
+    for own in found.newcomer.own:
+        mean, width = _moments(wanted.values[own.info.name], wanted.weight)
+        assert _moments(found.values[own.info.name], found.weight)[0] == pytest.approx(mean, abs=0.25 * width), own.info.name
 
 
 def test_one_that_is_of_another_lot_is_told_by_what_it_differs_in(make_posterior: MakePosterior) -> None:
