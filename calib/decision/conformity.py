@@ -289,7 +289,8 @@ class Conformity:
             span = self._span((self.thickness[b.covered][0], self.thickness[b.covered][-1]))
             lines.append(f"So does every thickness from {span}: the specification does not choose.")
         lines += self._drawing_in_words
-        if sure and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
+        drawn = self.drawing is None or self.drawing.limits is not None
+        if sure and drawn and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
             lines.append(
                 f"With a drawing of its own, any nominal thickness from {self._span(b.interval)} would do: pads made to it "
                 f"conform with at least {wanted}."

@@ -24,6 +24,8 @@ N_ROW = 97
 
 # How far below what is expected a tare may lie [1]: a picofarad of leads less, which is 1 % of force. Above it is a load.
 _TARE_BELOW = 0.01
+# From so many times what is expected on a tare is in another unit.
+_ANOTHER_UNIT = 50.0
 
 #: Which sensor a table is of.
 Kind = Literal["specimen", "next", "design"]
@@ -198,6 +200,8 @@ class ForceTable:
             return None
         above = tare / float(self.tare[2]) - 1
         finding = f"{self.name}: a tare of {tare * 1e12:.6g} pF is not what is to be expected of it, {self.tare_in_words}"
+        if not 1 / _ANOTHER_UNIT < tare / float(self.tare[1]) < _ANOTHER_UNIT:
+            return Reason("tare", "amber", finding, "Check its unit, and that of the readings")
         if tare < low:
             finding += ": what is read with it may mean another force"
             action = "Look whether it is this sensor, with leads as stated (--parasitic)"

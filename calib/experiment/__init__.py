@@ -12,6 +12,7 @@ from calib.experiment.forward import forward_of_design, forward_of_experiment, r
 from calib.experiment.lab_files import Found, Looked, look_through
 from calib.experiment.laboratory import Instrument, Laboratory, instrument_of, keys_of
 from calib.experiment.lots import lot_prior, nominal_ratios, own_priors, spread_prior
+from calib.experiment.of_others import files_of_others
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
@@ -90,6 +91,7 @@ __all__ = [
     "experiment_text",
     "experiment_to_json",
     "experiment_toml",
+    "files_of_others",
     "forward_of_design",
     "forward_of_experiment",
     "guess_at",

@@ -31,6 +31,9 @@ FORMS: Mapping[str, tuple[str, ...]] = {
 # Magnitudes [SI] beyond which only a slip of the unit explains a number: "3 PF" for pF, "0.7 mPa" for MPa, "0.74 m" for mm.
 _CONCEIVABLE = {"m": (0.0, 0.15), "Pa": (1.0, 1e12), "F": (0.0, 1e-6), "m/N": (0.0, 1e-3), "N": (0.0, 1e5)}
 
+# Radii below this number, without a unit, are rather in metres than in millimetres: a ball of 0.005.
+_METRES = 0.05
+
 # What people write who know the distribution by another name.
 _SYNONYMS = {
     "gaussian": "normal",
@@ -84,7 +87,10 @@ def parse_value(parameter: str, value: object) -> float:
         # The unit people use for the parameter, unless the number is of a size that only SI explains (0.00074, 690000).
         unit = _plain_unit(parameter) if value == 0 or 1e-3 <= abs(value) <= 1e3 else row.unit
         written = value if bounds_of(parameter) == "any" else abs(value)
-        raise InputError(Fault(f"{parameter} has no unit, got {value}", advice=f'Write "{written} {unit}"'))
+        advice = f'Write "{written} {unit}"'
+        if parameter.endswith("radius") and unit == "mm" and 0 < abs(value) < _METRES:
+            advice = f'Write "{1e3 * written:g} mm" if it is in metres, "{written} mm" if in millimetres'
+        raise InputError(Fault(f"{parameter} has no unit, got {value}", advice=advice))
     return float(value)
 
 

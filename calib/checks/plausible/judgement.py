@@ -39,7 +39,16 @@ from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.plausible.unmodelled import unmodelled
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, held_twice, kinds_of, line_of_variant, model_in_words, readings_of_sweeps, variants_of
+from calib.experiment import (
+    Experiment,
+    files_of_others,
+    held_twice,
+    kinds_of,
+    line_of_variant,
+    model_in_words,
+    readings_of_sweeps,
+    variants_of,
+)
 from calib.lab import Sweep, as_one_piece, check_name, repeated_channels
 from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
@@ -116,7 +125,7 @@ def plausibility(problem: Problem) -> Plausibility:
     The reasons for doubt; none for a sound lab but for one in fifty at most (docs/check.md).
     """
     ranges = ranges_of(problem)
-    files = (*_of_one_record(problem), *_of_gauges(problem), *_of_files(problem))
+    files = (*_of_one_record(problem), *_of_names(problem), *_of_gauges(problem), *_of_files(problem))
     unlikely = farthest(ranges) > UNLIKELY
     began = time.process_time()
     # A posterior of data that cannot be says nothing.
@@ -214,6 +223,19 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
             "of a piece share would count twice, and the modulus come out too sure"
         )
         yield Reason("same readings", "amber", finding, _AS_SWEEPS)
+
+
+def _of_names(problem: Problem) -> Iterator[Reason]:
+    """Files entered for one specimen that say that they are of another: physics tells only where nominals are far apart."""
+    strange = files_of_others(problem.experiment)
+    if not strange:
+        return
+    told = "; ".join(
+        f"the file {one.file}, entered for {one.specimen}, {one.says} as that of {one.other} would" for one in strange[:2]
+    )
+    more = f" (and {len(strange) - 2} more)" if len(strange) > 2 else ""
+    advice = "Enter each file for its own specimen; if all is right, give the specimens the names that their files have"
+    yield Reason("names", "amber", f"{told}{more}", advice)
 
 
 def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:

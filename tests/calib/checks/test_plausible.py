@@ -23,6 +23,7 @@ from calib.lab.reduction import NoiseEstimate
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.runs.before import kept_reasons
 from calib.sampling import first_answer
 from models.analytic import ClosedForm
 from models.response import Forward
@@ -265,6 +266,24 @@ def test_one_file_that_was_entered_for_two_specimens_is_red() -> None:
     (reason,) = [r for r in found.reasons if r.gate == "same readings"]
     assert (found.verdict.colour, reason.level) == ("red", "red")
     assert reason.finding == "sensor 1 and sensor 2 have the same readings of capacitance"
+
+
+def test_files_that_are_named_as_those_of_another_specimen_are_asked_for() -> None:
+    lab = _lab(others={"dielectric_thickness": 0.165e-3})
+    first, second = lab.experiment.specimens
+
+    def found(of_first: str, of_second: str) -> Plausibility:
+        specimens = [
+            replace(s, sweeps=(replace(s.sweeps[0], force=Path(name)),)) for s, name in ((first, of_first), (second, of_second))
+        ]
+        return replace(lab, experiment=replace(lab.experiment, specimens=tuple(specimens))).check()
+
+    assert not found("s1_press.csv", "s2_press.csv").reasons
+    exchanged = found("s2_press.csv", "s1_press.csv")
+    (reason,) = exchanged.reasons
+    assert (reason.gate, reason.level) == ("names", "amber")
+    assert "the file s2_press.csv, entered for sensor 1, is named as that of sensor 2 would" in reason.finding
+    assert reason in kept_reasons(exchanged)  # a run keeps it
 
 
 def _pressed(seed: int, step: float = 0.0) -> Sweep:
@@ -675,6 +694,9 @@ def test_friction_on_a_slippery_base_is_said_to_do_what_it_does() -> None:
     for experiment, model in ((labs[0][0], load_surrogate()), (named, rubs)):
         answered = plausibility(build_problem(experiment, [labs[1][1]], model))
         assert "base" not in {reason.gate for reason in answered.reasons}
+    fixed = replace(named, priors={**named.priors, "base_friction_coefficient": Fixed(0.4)})
+    (said,) = (r for r in plausibility(build_problem(fixed, [labs[1][1]], rubs)).reasons if r.gate == "base")
+    assert "is taken as 0.4 exactly: a coefficient of 0.5 there" in said.finding
     beyond = replace(named, priors={**named.priors, "base_friction_coefficient": Uniform(0.0, 6.0)})
     with pytest.raises(InputError, match=r"covers base_friction_coefficient from 0 to 1\.5, got 3\. Give base_friction_coeff"):
         build_problem(beyond, [labs[1][1]], rubs)

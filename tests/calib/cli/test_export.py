@@ -266,6 +266,8 @@ def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path)
     code, said = _force(runs / "good", "130 pF", "--tare", "120 pF", "--sensor", "sensor 1", "--strict")
     assert code == 3
     assert "amber, tare: Sensor 1: a tare of 120 pF is not what is to be expected of it" in said
+    code, said = _force(runs / "good", "98.5 nF", "--tare", "97.5 nF", "--sensor", "sensor 1")
+    assert (code, "Check its unit, and that of the readings" in said, "would make of it" in said) == (0, True, False), said
     low, high = (float(x) for x in re.findall(r"sensor [12], (?:about )?([0-9.]+)", _force(runs / "good", "100 pF")[1]))
     assert abs(high / low - 1) > 0.02
     code, said = _force(runs / "good", f"{1.002 * low} pF", "--tare", f"{low} pF")

@@ -482,6 +482,7 @@ def test_guard_bands_that_leave_nothing_are_said_to(posterior: Posterior) -> Non
     assert fine.drawing is not None
     assert coarse.drawing.accepted is None
     assert "There is no tolerance for the drawing" in coarse.in_words
+    assert "With a drawing of its own" not in coarse.in_words
     assert fine.drawing.accepted is not None
     np.testing.assert_allclose(np.diff(fine.drawing.tolerance), 0.2e-3, atol=0.06e-3)
     np.testing.assert_allclose(np.diff(fine.drawing.tolerance) - np.diff(fine.drawing.accepted), 0.02e-3, rtol=1e-6)

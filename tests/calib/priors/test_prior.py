@@ -235,6 +235,7 @@ def test_forms_of_the_experiment_file(parameter: str, value: object, expected: P
         ("padding_thickness", {"fixed": "-1 mm"}, ["padding_thickness must not be negative, got -1 mm"]),
         ("sensor_thickness", {"fixed": 0.74}, ["has no unit, got 0.74", 'Write "0.74 mm"']),
         ("young_modulus", {"fixed": 690000}, ['Write "690000 Pa"']),
+        ("indenter_radius", {"fixed": 0.005}, ['Write "5 mm" if it is in metres, "0.005 mm" if in millimetres']),
         ("sensor_thickness", {"normal": [0.74, 0.02]}, ['Write "0.74 mm"', 'Write "0.02 mm"']),
         ("sensor_thickness", {"normal": ["0.74", "0.02 mm"]}, ['"0.74" has no unit']),
         ("sensor_thickness", {"fixed": "0.74 MPa"}, ['sensor_thickness: unit "MPa" cannot be converted to m']),
