@@ -3,12 +3,12 @@
 A lab is one specimen as the shipped experiment has them, its unknowns drawn from their priors, its curves by the finite
 elements, with the noise and the faults of its instruments; with --as-believed press and built sensor are off every model, too,
 by a discrepancy of a width drawn from its prior, as the likelihood takes for granted. What is planted is a kind: padding that
-is softer or harder than the sensor, or a foam, a ball that rubs, a slippery base, one that rubs. It is calibrated with the model that knows of it, or
-(`as one silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus
-and of the signal at 10 N (on a foam 3 N) on the padding that is recommended, and how far the modulus is off. Posteriors are the
-weighted draws of a first answer where these can be trusted (k-hat below 0.7, 200 effective draws), else, or with --chains
-always, chains: how many, and how many of these converged, is printed, too. With -o labs are kept, a line of JSON each, and
-those that are there are not repeated.
+is softer or harder than the sensor, or a foam, a ball that rubs, a slippery base, one that rubs. It is calibrated with the
+model that knows of it, or (`as one silicone`) with one that does not. Printed for each kind: how often truth lies in the 90 %
+interval of Young's modulus and of the signal at 10 N (on a foam 3 N) on the padding that is recommended, and how far the
+modulus is off. Posteriors are the weighted draws of a first answer where these can be trusted (k-hat below 0.7, 200 effective
+draws), else, or with --chains always, chains: how many, and how many of these converged, is printed, too. With -o labs are
+kept, a line of JSON each, and those that are there are not repeated.
 """
 
 from __future__ import annotations
