@@ -163,7 +163,7 @@ def _recommended(
         signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([asked.force / (1 + gap[0])])).capacitance[0])
     except (OutOfRangeError, ConvergenceError):
         return {"padding": best.best, "signal": None, "band": [low, high], "signal inside": None}
-    change = (1 + gap[1]) * (signal / float(np.asarray(built.rest_capacitance)) - 1)
+    change = (1 + float(gap[1])) * (signal / float(np.asarray(built.rest_capacitance)) - 1)
     return {"padding": best.best, "signal": change, "band": [low, high], "signal inside": low <= change <= high}
 
 
