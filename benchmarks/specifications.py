@@ -16,8 +16,8 @@ plug-in of least squares (modulus, permittivity, contact and zeros fitted, all e
 design. Printed are the failure that was said and the one that came, and regret: by how much less of a limit the best padding
 would have missed.
 
-With -o labs are kept, a line of JSON each, and not repeated: more of them may follow with --bands, which leaves the windows out.
---quick takes the surrogate with its own error for the truth.
+With -o labs are kept, a line of JSON each, and not repeated: more of them may follow with --bands, which leaves the windows
+out. --quick takes the surrogate with its own error for the truth.
 """
 
 from __future__ import annotations
