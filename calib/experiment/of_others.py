@@ -30,7 +30,7 @@ class OfAnother:
     ----------
     specimen : it was entered for.
     file : its name.
-    says : how it speaks of the other, by its name or what it says, in words that "as that of" may follow.
+    says : how it speaks of the other, by its name or what it says, in words that "like one of" may follow.
     other : name of the other specimen.
     """
 

@@ -231,7 +231,7 @@ def _of_names(problem: Problem) -> Iterator[Reason]:
     if not strange:
         return
     told = "; ".join(
-        f"the file {one.file}, entered for {one.specimen}, {one.says} as that of {one.other} would" for one in strange[:2]
+        f"the file {one.file}, entered for {one.specimen}, {one.says} like one of {one.other}" for one in strange[:2]
     )
     more = f" (and {len(strange) - 2} more)" if len(strange) > 2 else ""
     advice = "Enter each file for its own specimen; if all is right, give the specimens the names that their files have"

@@ -282,7 +282,7 @@ def test_files_that_are_named_as_those_of_another_specimen_are_asked_for() -> No
     exchanged = found("s2_press.csv", "s1_press.csv")
     (reason,) = exchanged.reasons
     assert (reason.gate, reason.level) == ("names", "amber")
-    assert "the file s2_press.csv, entered for sensor 1, is named as that of sensor 2 would" in reason.finding
+    assert "the file s2_press.csv, entered for sensor 1, is named like one of sensor 2" in reason.finding
     assert reason in kept_reasons(exchanged)  # a run keeps it
 
 
