@@ -22,6 +22,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from simulated.answered import trusted_look
 from simulated.discrepant import curve_off, drawn_widths
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, SPEED, Curve, curve_of
 from simulated.labs import print_labs
@@ -36,7 +37,6 @@ from calib.lab.unloading import compare_branches
 from calib.priors import Prior, default_prior
 from calib.problem import build_problem, values_at
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import K_HAT, look_at
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
 from models.sensor import Design, FloatArray, design_from
@@ -44,8 +44,8 @@ from models.threads import one_thread
 
 #: What is planted.
 KINDS = ("as believed", "exact")
-#: Effective draws from which a first answer is taken for the posterior, forces of a held-out press, padding of a design [m].
-WORTH, N_FORCE, PADDING = 200.0, 25, 5.5e-3
+#: Forces of a held-out press, padding of a design [m].
+N_FORCE, PADDING = 25, 5.5e-3
 _SENSORS = ("specimen", "next", "design")
 _BACK, _BANDED = "unloading", "unloading, with the band"
 # Most that force lacks halfway back, and that capacitance keeps too much, as shares; how far presses of one lab differ in it;
@@ -99,14 +99,13 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         sweeps.append(replace(sweep, clock_offset=estimated))
     problem = build_problem(experiment, sweeps, forward)
     try:
-        look = look_at(problem)
+        worth, look = trusted_look(problem)
     except ValueError as error:
         return {**row, "why": str(error)}
-    weight, k_hat = look.smoothed
-    row |= {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
-    if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
+    row |= worth
+    if look is None:
         return {**row, "why": "its weighted draws cannot be trusted"}
-    chosen = rng.choice(len(weight), n_draw, p=weight / np.sum(weight))
+    chosen = rng.choice(len(look.weight), n_draw, p=look.weight)
     values = values_at(problem, look.theta[chosen])
     gripper = Gripper(padding=PADDING)
     following = next_sensor(problem, forward, values, problem.parameters, problem.table.lots, gripper, rng)

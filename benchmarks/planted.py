@@ -153,16 +153,17 @@ def _recommended(
 
     `gap` (2,) is by which share force at a depth, and change, of what is built are off the model.
     """
+    nothing: dict[str, Any] = dict.fromkeys(("padding", "signal", "band", "signal inside"))
     try:
         best = recommend(posterior, forward, asked, seed=seed)
     except InputError:
-        return {"padding": None, "signal": None, "band": None, "signal inside": None}
+        return nothing
     built = replace(design, padding=replace(design.padding, thickness=best.best))
     low, high = float(best.change_at_best[0]), float(best.change_at_best[-1])
     try:
         signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([asked.force / (1 + gap[0])])).capacitance[0])
     except (OutOfRangeError, ConvergenceError):
-        return {"padding": best.best, "signal": None, "band": [low, high], "signal inside": None}
+        return {**nothing, "padding": best.best, "band": [low, high]}
     change = (1 + float(gap[1])) * (signal / float(np.asarray(built.rest_capacitance)) - 1)
     return {"padding": best.best, "signal": change, "band": [low, high], "signal inside": low <= change <= high}
 

@@ -28,14 +28,31 @@ def calibrated(problem: Problem, seed: int, max_steps: int, *, chains: bool = Fa
     max_steps : of each walker of the chains.
     chains : always, not only where the weighted draws cannot be trusted (k-hat above 0.7, fewer than `WORTH` effective).
     """
+    row, look = trusted_look(problem)
+    if chains or look is None:
+        posterior = sample(problem, seed=1, processes=0, max_steps=max_steps)
+        return {**row, "by": "chains", "converged": posterior.diagnostics.converged}, posterior
+    return {**row, "by": "first answer"}, weighted_posterior(problem, look, np.random.default_rng([seed, 1]))
+
+
+def trusted_look(problem: Problem) -> tuple[dict[str, Any], Look | None]:
+    """How far a look at a posterior can be trusted, for the row of a lab, and that look with smoothed weights; None if not.
+
+    Parameters
+    ----------
+    problem : of the lab.
+
+    Raises
+    ------
+    ValueError
+        As `look_at`.
+    """
     look = look_at(problem)
     weight, k_hat = look.smoothed
     row = {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
-    if chains or not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
-        posterior = sample(problem, seed=1, processes=0, max_steps=max_steps)
-        return {**row, "by": "chains", "converged": posterior.diagnostics.converged}, posterior
-    weighted = replace(look, weight=weight / np.sum(weight))
-    return {**row, "by": "first answer"}, weighted_posterior(problem, weighted, np.random.default_rng([seed, 1]))
+    if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
+        return row, None
+    return row, replace(look, weight=weight / np.sum(weight))
 
 
 def weighted_posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Posterior:

@@ -190,7 +190,8 @@ def _written(table: _LaidOut, write: Callable[[str], str]) -> _LaidOut:
 
 def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
     columns = (table.ratio, table.force, table.lower, table.upper)
-    limits, tares = (table.below, table.touch), tuple(c * _PICO for c in table.tare_limits)
+    limits = (table.below, table.touch)
+    of_tare = [c * _PICO for c in table.tare_limits]
     scales = (_PPB, _MICRO, _MICRO, _MICRO)
     if table.end * _MICRO > _LARGEST_INTEGER or table.ratio[-1] * _PPB > _LARGEST_INTEGER:
         message = f"{table.name}: {table.end:.6g} N at {table.ratio[-1]:.3g} times the tare is more than a table holds"
@@ -213,19 +214,17 @@ def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
         range_ppm=ppm,
         range_force=forces,
         floats=tuple(_lines([f"{x:.8e}f" for x in column]) for column in columns),
-        limits=tuple(f"{x:.8e}f" for x in (*limits, *tares)),
+        limits=tuple(f"{x:.8e}f" for x in (*limits, *of_tare)),
         integers=tuple(
             _lines([str(n) for n in _integers(column, scale)]) for column, scale in zip(columns, scales, strict=True)
         ),
-        integer_limits=tuple(
-            str(round(x * scale)) for x, scale in (*((x, _PPB) for x in limits), *((x, _FEMTO / _PICO) for x in tares))
-        ),
+        integer_limits=tuple(str(n) for n in (*_integers(limits, _PPB), *_integers(table.tare_limits, _FEMTO))),
         numbers=tuple(_lines([f"{x:.12g}" for x in column]) for column in columns),
-        number_limits=tuple(f"{x:.12g}" for x in (*limits, *tares)),
+        number_limits=tuple(f"{x:.12g}" for x in (*limits, *of_tare)),
     )
 
 
-def _integers(column: FloatArray, scale: float) -> list[int]:
+def _integers(column: FloatArray | Sequence[float], scale: float) -> list[int]:
     return [round(float(x) * scale) for x in column]
 
 
