@@ -48,7 +48,7 @@ from calib.problem.synthetic import synthetic_sweep
 from calib.sampling import Posterior, look_at
 from models.curves import curves_of, press_to, signal_at
 from models.fem import FiniteElements
-from models.fem.capacitance import row_positions
+from models.fem.capacitance import largest_thinning
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import Design, FloatArray, design_from
 from models.surrogate.thinning import load_thinning
@@ -279,9 +279,7 @@ def _real(lab: Lab, padding: float, gap: FloatArray, quick: bool) -> tuple[float
     solution = FiniteElements(ACCURACY).solve_to_force(built, load)
     state, mesh, unit = solution.states[-1], solution.model.mesh, solution.units.length
     h_s, t_d = (float(np.asarray(x)) / unit for x in (built.sensor.thickness, built.dielectric_thickness))
-    low, middle, high = (row_positions(mesh, state.u, padding / unit + h_s / 2 + k * t_d)[1] for k in (-1, 0, 1))
-    across = 1 - (high - low) / (2 * t_d)
-    thin = max(1 - float(middle[0] - low[0]) / t_d, 1 - float(high[0] - middle[0]) / t_d) * float(np.max(across) / across[0])
+    thin = float(largest_thinning(mesh, state.u, padding / unit + h_s / 2, np.array([t_d]))[0])
     return (1 + gap[1]) * float(solution.response.capacitance_change[-1]), float(solution.response.depth[-1]), thin
 
 

@@ -99,7 +99,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["as believed, to 10 N", "--labs", "1", "--processes", "0", "--quick", "--draws", "60"],
         "| hangs on the modulus | nominal |",
     ),
-    "thinning.py": (["-n", "7", "--steps", "40"], "7 paths, "),
+    "thinning.py": (["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--steps", "40"], "80 paths, "),
     "two_balls.py": (["FOLDER/lab"], "2 specimens, 2 balls each"),
     "planted.py": (["nothing", "--labs", "1", "--steps", str(BLOCK), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
@@ -194,10 +194,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a store of runs: the path of one design told of eighty, which is enough to be read and fitted."""
     folder = tmp_path_factory.mktemp("benchmarks")
     path = run_point(np.array([0.15, 0.2, 2.0, 1.0]), ACCURACY)
-    arrays = {name: getattr(path, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
     with open_store(folder / "runs.sqlite", store_settings(ACCURACY)) as store:
         for point in design_points(80, seed=1):
-            store.add(point, arrays)
+            store.add(point, path.arrays)
     return folder
 
 

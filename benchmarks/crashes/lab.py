@@ -80,10 +80,9 @@ class Lab:
         path = self.folder / "store.sqlite"
         if not path.exists():
             ran = run_point(np.array([0.15, 0.2, 2.0, 1.0]), _ACCURACY)
-            arrays = {name: getattr(ran, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
             with open_store(path, store_settings(_ACCURACY)) as store:
                 for point in design_points(_POINTS, seed=1):
-                    store.add(point, arrays)
+                    store.add(point, ran.arrays)
         return path
 
     @cached_property

@@ -15,31 +15,50 @@ from __future__ import annotations
 import numpy as np
 
 from models.fem.elements import shape_1d
-from models.fem.mesh import Mesh
+from models.fem.mesh import Mesh, through_layers
 from models.sensor import FloatArray
 
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
 
 
-def row_positions(mesh: Mesh, u: FloatArray, height: float) -> FloatArray:
-    """Deformed positions of a material line that was level, at the node columns.
+def row_positions(mesh: Mesh, u: FloatArray, heights: FloatArray) -> FloatArray:
+    """Deformed positions of material lines that were level, at the node columns (see `through_layers`).
 
     Parameters
     ----------
     mesh, u : grid and displacements.
-    height : of the line above the base, undeformed.
+    heights : (n_height,) of the lines above the base, undeformed.
 
     Returns
     -------
-    r and z, (2, n_column), in the unit of length of the grid.
+    r and z, (n_height, 2, n_column), in the unit of length of the grid.
     """
-    ends = mesh.z[::2]
-    j = int(np.clip(np.searchsorted(ends, height, side="right") - 1, 0, ends.size - 2))
-    x = 2 * (height - ends[j]) / (ends[j + 1] - ends[j]) - 1
-    value, _ = shape_1d(np.asarray(x))
-    displacement = u.reshape(mesh.r.size, mesh.n_row, 2)[:, 2 * j : 2 * j + 3]
-    moved = np.einsum("cnk,n->kc", displacement, value)
-    return np.stack([mesh.r + moved[0], height + moved[1]])
+    moved = np.einsum("cnk,hn->hkc", u.reshape(mesh.r.size, mesh.n_row, 2), through_layers(mesh, heights))
+    return np.stack([mesh.r + moved[:, 0], heights[:, None] + moved[:, 1]], axis=1)
+
+
+def largest_thinning(mesh: Mesh, u: FloatArray, middle: float, gaps: FloatArray) -> FloatArray:
+    """How much thinner a dielectric beside a mid-plane becomes where it becomes thinnest.
+
+    On the axis the larger thinning of the dielectrics below and above the mid-plane; off it, where a thin stack bulges, that
+    times the ratio in which the thinning of the distance across both is larger than on the axis.
+
+    Parameters
+    ----------
+    mesh, u : grid and displacements.
+    middle : height of the mid-plane above the base, undeformed.
+    gaps : (n_dielectric,) thickness of a dielectric, undeformed.
+
+    Returns
+    -------
+    1 - t / t_d there, (n_dielectric,).
+    """
+    heights = middle + np.concatenate([-gaps, np.zeros(1), gaps])
+    z = row_positions(mesh, u, heights)[:, 1]
+    low, at, high = z[: gaps.size], z[gaps.size], z[gaps.size + 1 :]
+    across = 1 - (high - low) / (2 * gaps[:, None])
+    on_axis = 1 - np.minimum(at[0] - low[:, 0], high[:, 0] - at[0]) / gaps
+    return np.asarray(on_axis * np.max(across, axis=1) / across[:, 0])
 
 
 def _on_line(line: FloatArray, mesh: Mesh, r: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -72,9 +91,10 @@ def ring_capacitance(mesh: Mesh, u: FloatArray, lower: FloatArray, upper: FloatA
     half = np.diff(cuts) / 2
     r = (cuts[1:] + cuts[:-1])[:, None] / 2 + half[:, None] * _GAUSS3
     result = np.empty((lower.size, electrode.size))
-    for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
-        below, d_below = _on_line(row_positions(mesh, u, float(low)), mesh, r)
-        above, d_above = _on_line(row_positions(mesh, u, float(high)), mesh, r)
+    lines = row_positions(mesh, u, np.concatenate([lower, upper]))
+    for k, (low, high) in enumerate(zip(lines[: lower.size], lines[lower.size :], strict=True)):
+        below, d_below = _on_line(low, mesh, r)
+        above, d_above = _on_line(high, mesh, r)
         middle, along, across = (below + above) / 2, (d_below + d_above) / 2, above - below
         area = along[0] * across[1] - along[1] * across[0]
         density = 2 * np.pi * middle[0] * np.sum(along**2, axis=0) / area  # Eq. (1)

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from models.fem.elements import shape_1d
-from models.fem.mesh import Mesh, with_midpoints
+from models.fem.mesh import Mesh, through_layers, with_midpoints
 from models.sensor import FloatArray
 
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
@@ -55,14 +55,14 @@ def positions(mesh: Mesh, u: FloatArray, r: FloatArray, z: FloatArray) -> FloatA
     Deformed r and z of the points of their grid, (2, n_r, n_z).
     """
     grid = u.reshape(mesh.r.size, mesh.n_row, 2)
-    moved = np.einsum("im,mnc,jn->cij", _shapes(mesh.r[::2], r), grid, _shapes(mesh.z[::2], z), optimize=True)
+    moved = np.einsum("im,mnc,jn->cij", _shapes(mesh.r[::2], r), grid, through_layers(mesh, z), optimize=True)
     return np.stack([r[:, None] + moved[0], z[None, :] + moved[1]])
 
 
 def laplace_capacitance(mesh: Mesh, u: FloatArray, lower: float, upper: float, electrode: float) -> float:
     """Capacitance of one dielectric from the electric field in it, to check the rings against.
 
-    Q2 elements, each within one of the mesh, so that the deformed geometry is the finite elements' own.
+    Q2 elements, each within one of the mesh; positions between its nodes as the rings have them.
 
     Parameters
     ----------

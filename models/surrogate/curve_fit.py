@@ -111,10 +111,11 @@ def train_curves(
     steps: int,
     rng: np.random.Generator,
     progress: Callable[[int, int], None] | None,
+    start: Network | None = None,
 ) -> Network:
     """Train a network that says, for a design, the coefficients of polynomials which follow its curves.
 
-    All curves weigh the same at first, then, in a second half, as `emphasis` has it. The network learns what is left of the
+    All curves weigh the same at first, then, in a second half, as `emphasis` has it; a network that goes on has that half alone. The network learns what is left of the
     mean curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
 
     Parameters
@@ -128,10 +129,16 @@ def train_curves(
     steps : of each half.
     rng : of the network's start and the order of the points.
     progress : called with the steps done and their number.
+    start : network of these sizes, of curves along the same places, to go on from; a random one if None.
 
     Returns
     -------
     A network to coefficients (n, n_curve * N_DEPTH_TERMS), to be multiplied by the share.
+
+    Raises
+    ------
+    ValueError
+        If `start` is of other sizes.
     """
     rows_fitted = np.flatnonzero(fitted)
     n_curve, n_point = curves.values.shape[1:]
@@ -149,6 +156,7 @@ def train_curves(
         right += np.sum(leads @ (weight * values)[..., None], axis=0, dtype=float)
     mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
     mean = mean[..., 0].astype(np.float32)
+    mean_row = np.concatenate([np.zeros((hidden[-1], mean.size)), mean.reshape(1, -1)])  # of a last layer, in its offset
 
     def slope(out: npt.NDArray[Any], points: IntArray, weights: npt.NDArray[Any]) -> npt.NDArray[Any]:
         rows = rows_fitted[points]
@@ -159,8 +167,9 @@ def train_curves(
         return np.asarray(slopes.reshape(len(rows), -1) * np.float32(2 / len(rows) / n_point))
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
-    network: Network | None = None
-    halves = [np.ones(len(curves.values)), *([] if emphasis is None else [emphasis])]
+    network = None if start is None else _with_last(start, _turned(start, np.linalg.inv(curves.turn), n_curve) - mean_row)
+    halves = [np.ones(len(curves.values))] if start is None or emphasis is None else []
+    halves += [] if emphasis is None else [emphasis]
     for half, weights in enumerate(halves):
         network = train_network(
             features[rows_fitted],
@@ -172,9 +181,17 @@ def train_curves(
             start=network,
         )
     assert network is not None
-    last = network.layers[-1].astype(float)
-    last[-1] += mean.ravel()
-    last = np.concatenate([part @ curves.turn.T for part in np.split(last, n_curve, axis=1)], axis=1)
+    whole = _with_last(network, network.layers[-1] + mean_row)
+    return _with_last(whole, _turned(whole, curves.turn, n_curve))
+
+
+def _turned(network: Network, turn: FloatArray, n_curve: int) -> FloatArray:
+    """The last layer of a network of coefficients, with these turned."""
+    return np.concatenate([part @ turn.T for part in np.split(network.layers[-1].astype(float), n_curve, axis=1)], axis=1)
+
+
+def _with_last(network: Network, last: FloatArray) -> Network:
+    """A network with another last layer."""
     return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
 
 

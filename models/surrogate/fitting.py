@@ -80,6 +80,7 @@ def fit_surrogate(
     data: TrainingSet,
     *,
     base: Surrogate | None = None,
+    mechanics_of: Surrogate | None = None,
     coarse: TrainingSet | None = None,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
@@ -92,6 +93,8 @@ def fit_surrogate(
     ----------
     data : the paths.
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
+    mechanics_of : surrogate of the same family whose mechanics, with the ends of its paths, are kept: the capacitance alone is
+        learnt, going on from its network. None to learn both from the beginning.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
@@ -107,7 +110,8 @@ def fit_surrogate(
     Raises
     ------
     ValueError
-        If fewer than `LEAST_PATHS` paths are of use, or the capacitance falls along some.
+        If fewer than `LEAST_PATHS` paths are of use, the capacitance falls along some, or the networks that are to go on are of
+        other sizes.
     """
     hidden = hidden if hidden is not None else data.family.recipe.hidden
     data = data.only(data.n_step >= _LEAST_STEPS)
@@ -134,15 +138,18 @@ def fit_surrogate(
     features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
     rows_of = np.arange(len(groups)) // _N_ELECTRIC
     log_end, certain = _ends(data)
-    end = train_network(
-        features[fitted],
-        least_squares(log_end[fitted, None], np.where(certain, 1.0, 0.1)[fitted]),
-        (24, 24, 1),
-        steps=max(steps // 4, 1),
-        rng=rng,
-        batch=512,
-        progress=counting("end of the paths"),
-    )
+    if mechanics_of is not None:
+        end = mechanics_of.end
+    else:
+        end = train_network(
+            features[fitted],
+            least_squares(log_end[fitted, None], np.where(certain, 1.0, 0.1)[fitted]),
+            (24, 24, 1),
+            steps=max(steps // 4, 1),
+            rng=rng,
+            batch=512,
+            progress=counting("end of the paths"),
+        )
     thinned = (data.groups[:, SENSOR] + data.groups[:, PADDING]) * np.exp(end(features)[:, 0])
     limit, reach = np.full(n_run, DEPTH), smooth_end(thinned)
     if base is not None:
@@ -185,9 +192,12 @@ def fit_surrogate(
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
-    def averaged(name: str, train: Callable[[Callable[[int, int], None] | None], Network]) -> Network:
+    def averaged(name: str, train: Callable[..., Network], start: Network | None = None) -> Network:
         names = [name if members == 1 else f"{name}, network {k} of {members}" for k in range(1, members + 1)]
-        return mean_network([train(counting(each)) for each in names])
+        starts = [None] * members if start is None else start.singles
+        if len(starts) != members:
+            raise ValueError(f"{name} is to go on from the mean of {len(starts)} networks; it must be of {members}")
+        return mean_network([train(counting(each), begun) for each, begun in zip(names, starts, strict=True)])
 
     learn_mechanics = partial(
         train_curves,
@@ -212,8 +222,10 @@ def fit_surrogate(
         second,
     )
     with one_thread(), ThreadPoolExecutor(2) as pool:
-        jobs = (("mechanics", learn_mechanics), ("capacitance", learn_capacitance))
-        mechanics, capacitance = pool.map(lambda job: averaged(*job), jobs)
+        begun = None if mechanics_of is None else mechanics_of.capacitance
+        learning = pool.submit(averaged, "capacitance", learn_capacitance, begun)
+        mechanics = averaged("mechanics", learn_mechanics) if mechanics_of is None else mechanics_of.mechanics
+        capacitance = learning.result()
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
     out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
@@ -251,6 +263,7 @@ def fit_surrogate(
             "training paths": f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
             "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
+            **({} if mechanics_of is None else {"mechanics": _kept_in_words(mechanics_of)}),
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),
@@ -320,6 +333,11 @@ def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:
         else:
             logs[i] = x[-1] + (at - y[-1]) / max((y[-1] - y[0]) / (x[-1] - x[0]), 0.3)
     return logs - np.log(thickness), certain
+
+
+def _kept_in_words(kept: Surrogate) -> str:
+    training = kept.provenance.get("training hash (SHA-256)", "unknown")
+    return f"kept from a surrogate of {kept.provenance.get('date', 'an unknown date')} with training hash {training}"
 
 
 def _in_words(error: FloatArray) -> str:

@@ -66,6 +66,13 @@ class Network:
         """Of how many networks it is the mean."""
         return len(self.layers[0]) if self.layers[0].ndim == 3 else 1
 
+    @property
+    def singles(self) -> list[Network]:
+        """The networks of which it is the mean."""
+        if self.members == 1:
+            return [self]
+        return [Network(self.centre, self.width, tuple(layer[k] for layer in self.layers)) for k in range(self.members)]
+
     def __call__(self, x: _Array) -> _Array:
         """Values (n, n_out) at inputs (n, n_in), in double precision; complex for complex inputs."""
         if len(x) > _TOGETHER:

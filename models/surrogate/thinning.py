@@ -4,9 +4,9 @@ What a ball of radius R that goes in by d makes of the dielectrics, each of thic
 
     T = (d / h) exp(n),     h = h_s + h_p,
 
-T = 1 - t/t_d the largest thinning of either, and n a network of the groups of the design and of d. It learnt T from
-finite-element paths all over the range of the surrogates (`benchmarks/thinning.py`). Off the axis, where a thin stack bulges,
-the largest thinning is that of the distance across both dielectrics.
+T = 1 - t/t_d the largest thinning of either (`models.fem.capacitance.largest_thinning`), and n a network of the groups of the
+design and of d. It learnt T from finite-element paths all over the range of the surrogates (`benchmarks/thinning.py`), and a
+second one what the first misses of paths that it was not shown: the standard deviation of T over T + `SMALL`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,11 @@ from models.surrogate.domain import GAP, PADDING, SENSOR, groups_of, inside
 from models.surrogate.families import NEO_HOOKEAN
 from models.surrogate.network import Network, network_from
 
-_FORMAT = 1
+_FORMAT = 2
+
+#: Thinning that counts as little: an error is a share of the thinning and this [1].
+SMALL = 0.01
+
 # Indentations over a thickness at which their logarithms go over into constants.
 _NEAR = 0.1
 
@@ -40,13 +44,11 @@ class Thinning:
     Attributes
     ----------
     network : of `thinning_features`, to n.
-    relative_sd : [1], of T where it is above `small`.
-    small : [1], thinning below which the error is that at `small`, in absolute terms.
+    error : of the same, to the logarithm of the sd of T over T + `SMALL`.
     """
 
     network: Network
-    relative_sd: float
-    small: float
+    error: Network
 
     def of(self, design: Design, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How much thinner the dielectrics become, and the standard deviation of the error of that.
@@ -65,11 +67,12 @@ class Thinning:
         groups = np.where(covered[:, None], groups, 1.0)
         over_radius = np.asarray(depth / np.asarray(design.indenter.radius, dtype=float).reshape(-1, 1))
         known = np.where(over_radius > 0, over_radius, 1e-9)
-        logs = self.network(thinning_features(groups, known))[:, 0].reshape(known.shape)
+        features = thinning_features(groups, known)
+        logs, log_sd = (network(features)[:, 0].reshape(known.shape) for network in (self.network, self.error))
         height = (groups[:, SENSOR] + groups[:, PADDING])[:, None]
         thinned = np.where(over_radius > 0, known / height * np.exp(logs), 0.0) + 0 * over_radius
         thinned[~covered] = np.nan
-        return thinned, self.relative_sd * np.maximum(thinned, self.small)
+        return thinned, np.exp(log_sd) * (thinned + SMALL)
 
     def save(self, path: Path) -> None:
         """Write as npz with a checksum behind it."""
@@ -78,8 +81,7 @@ class Thinning:
         path.write_bytes(sealed(file.getvalue()))
 
     def _arrays(self) -> dict[str, Any]:
-        numbers = {"format": _FORMAT, "relative_sd": self.relative_sd, "small": self.small}
-        return {**numbers, **self.network.arrays("network")}
+        return {"format": _FORMAT, **self.network.arrays("network"), **self.error.arrays("error")}
 
 
 def thinning_features(groups: FloatArray, depth: FloatArray) -> FloatArray:
@@ -126,4 +128,4 @@ def load_thinning() -> Thinning:
         arrays: Mapping[str, Any] = {name: file[name] for name in file.files}
     if int(arrays["format"]) != _FORMAT:
         raise ValueError(f"thinning.npz has format {int(arrays['format'])}, this version reads {_FORMAT}")
-    return Thinning(network_from(arrays, "network"), float(arrays["relative_sd"]), float(arrays["small"]))
+    return Thinning(network_from(arrays, "network"), network_from(arrays, "error"))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from models.fem.capacitance import ring_capacitance
+from models.fem.capacitance import largest_thinning, ring_capacitance
 from models.fem.equilibrium import DiscreteSensor, Failure, State, compression, make_model
 from models.fem.path import walk
 from models.fem.solution import dimensionless
@@ -42,7 +42,7 @@ Path = Callable[[DiscreteSensor, FloatArray], Iterator[State | Failure]]
 _WALK: Path = partial(walk, friction_step=_FRICTION_STEP)
 
 # What is kept of a run, by name.
-_ARRAYS = ("depth", "force", "contact_radius", "compression", "capacitance")
+_ARRAYS = ("depth", "force", "contact_radius", "compression", "thinning", "capacitance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +54,7 @@ class TrainingSet:
     groups : (n_run, 4 + n_own) in the order of `models.surrogate.domain.group_names`.
     depth, force, contact_radius : (n_run, n_depth), d/R, F/(mu R^2) and over R.
     compression : (n_run, n_depth), largest thinning of a layer on the axis as a share of its thickness.
+    thinning : (n_run, n_depth, n_dielectric), largest of a dielectric at `DIELECTRIC_POINTS`, likewise.
     capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
     failures : (n_run,) sentences, empty for a path that came to its end.
     accuracy : of the finite elements.
@@ -65,6 +66,7 @@ class TrainingSet:
     force: FloatArray
     contact_radius: FloatArray
     compression: FloatArray
+    thinning: FloatArray
     capacitance: FloatArray
     failures: tuple[str, ...]
     accuracy: float
@@ -79,8 +81,8 @@ class TrainingSet:
     def digest(self) -> str:
         """SHA-256 over the numbers, in the order of the runs."""
         h = hashlib.sha256()
-        for a in (self.groups, self.depth, self.force, self.contact_radius, self.compression, self.capacitance):
-            h.update(np.ascontiguousarray(a).tobytes())
+        for name in ("groups", *_ARRAYS):
+            h.update(np.ascontiguousarray(getattr(self, name)).tobytes())
         return h.hexdigest()
 
     def only(self, chosen: BoolArray) -> TrainingSet:
@@ -104,8 +106,14 @@ class TrainingRun:
     force: FloatArray
     contact_radius: FloatArray
     compression: FloatArray
+    thinning: FloatArray
     capacitance: FloatArray
     failure: str = ""
+
+    @property
+    def arrays(self) -> dict[str, FloatArray]:
+        """What is kept of it, by name."""
+        return {name: getattr(self, name) for name in _ARRAYS}
 
 
 def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign:
@@ -169,7 +177,7 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
     middle = np.full_like(dielectric, h_p + h_s / 2)
     lower, upper = np.concatenate([middle - dielectric, middle]), np.concatenate([middle, middle + dielectric])
     at_rest = 2 * np.pi * electrode**2 / dielectric[:, None]
-    rows, capacitance, failure = [], [], ""
+    rows, thinning, capacitance, failure = [], [], [], ""
     for state in path(model, end * PATH**2):
         if isinstance(state, Failure):
             names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(group_names(family), groups, strict=True))
@@ -177,12 +185,14 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
             break
         thinned = float(np.max(compression(model, state)))
         rows.append((state.depth, state.force, state.contact_radius, thinned))
+        thinning.append(largest_thinning(model.mesh, state.u, h_p + h_s / 2, dielectric))
         rings = ring_capacitance(model.mesh, state.u, lower, upper, electrode).reshape(2, dielectric.size, electrode.size)
         capacitance.append(np.sum(rings, axis=0) / at_rest - 1)
         if thinned >= COMPRESSION:
             break
-    depth, force, radius, thinning = np.array(rows).reshape(-1, 4).T
-    return TrainingRun(depth, force, radius, thinning, np.array(capacitance).reshape(-1, *at_rest.shape), failure)
+    depth, force, radius, compressed = np.array(rows).reshape(-1, 4).T
+    of_gaps, change = np.array(thinning).reshape(-1, dielectric.size), np.array(capacitance).reshape(-1, *at_rest.shape)
+    return TrainingRun(depth, force, radius, compressed, of_gaps, change, failure)
 
 
 def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, object]:
@@ -241,7 +251,7 @@ def run_training(
     try:
         for count, future in enumerate(as_completed(futures), start=done + 1):
             done_run = future.result()
-            store.add(futures[future], {name: getattr(done_run, name) for name in _ARRAYS}, done_run.failure)
+            store.add(futures[future], done_run.arrays, done_run.failure)
             if progress is not None:
                 progress(count, len(points))
     except BaseException:

@@ -205,10 +205,9 @@ def test_a_surrogate_is_trained_on_what_the_store_holds(run: Path, tmp_path: Pat
         return FAST
 
     one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), ACCURACY)
-    arrays = {name: getattr(one, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
     with open_store(tmp_path / "mine.sqlite", store_settings(ACCURACY)) as store:
         for i in range(LEAST_PATHS):
-            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i]), arrays)
+            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i]), one.arrays)
     words = ("--store", tmp_path / "mine.sqlite", "-o", tmp_path / "new.npz", "--steps", 7)
     result = _refine(run, *words, means=replace(RIGHT, fit=fitted))
     assert result.exit_code == 0, result.output

@@ -36,6 +36,7 @@ from calib.sampling.diagnostics import Gate
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
+from models.examples import PAPER_SENSOR
 from models.response import ConvergenceError
 from models.sensor import design_from
 from models.surrogate import FAMILIES, fitting
@@ -808,10 +809,9 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
 def _fill(path: Path, accuracy: float, n_point: int) -> None:
     """A store of runs, in which the path of one design is told of all, which is enough to be fitted."""
     path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), accuracy)
-    names = ("depth", "force", "contact_radius", "compression", "capacitance")
     with open_store(path, store_settings(accuracy)) as store:
         for point in design_points(n_point, seed=1):
-            store.add(point, {name: getattr(path_of_one, name) for name in names})
+            store.add(point, path_of_one.arrays)
 
 
 def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
@@ -831,6 +831,14 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     result = _run("simulate", lab / "design.toml", "--displacement", "0.5 mm", "--steps", 2, "--surrogate", lab / "two.npz")
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 3
+    # The capacitance alone is learnt anew, on the mechanics of the first.
+    result = _run("surrogate", "train", "-o", lab / "kept.npz", "--points", 68, "--mechanics", lab / "one.npz", *quick)
+    assert result.exit_code == 0, result.output
+    assert "kept from a surrogate of" in _run("surrogate", "info", "--surrogate", lab / "kept.npz").stdout
+    design, depth = design_from(PAPER_SENSOR), np.array([0.2e-3, 0.5e-3])
+    one, kept = (load_surrogate(lab / f"{name}.npz").respond(design, depth) for name in ("one", "kept"))
+    np.testing.assert_array_equal(kept.force, one.force)
+    assert np.all(kept.capacitance_change != one.capacitance_change)
     result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", "--improve", lab / "two.npz")
     assert result.exit_code == 2
     assert "it is a surrogate of the family neo-hookean. Give one of gent" in _said(result)

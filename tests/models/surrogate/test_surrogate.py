@@ -249,7 +249,9 @@ def synthetic_training(n: int, noise: float, seed: int = 0, family: Family = FAM
     compression = depth / (h[:, None] * 0.55) * 0.6
     more = stiffer(groups, depth, s, family)
     force, change = force * more, change / more[:, :, None, None]
-    return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0, family)
+    thinning = np.repeat(compression[:, :, None], DIELECTRIC_POINTS.size, axis=2)
+    radius = np.sqrt(depth) * np.exp(0.1 * s)
+    return TrainingSet(groups, depth, force, radius, compression, thinning, change, ("",) * n, 1.0, family)
 
 
 def fit_small(data: TrainingSet, steps: int = 1500, base: Surrogate | None = None) -> Surrogate:

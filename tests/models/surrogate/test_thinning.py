@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.fem import FiniteElements
-from models.fem.capacitance import row_positions
+from models.fem.capacitance import largest_thinning
 from models.sensor import design_from
 from models.surrogate.thinning import load_thinning, thinning_refusal
 
