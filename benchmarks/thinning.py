@@ -1,10 +1,10 @@
 """Learn how thin dielectrics become, and how well that is known: `python benchmarks/thinning.py runs.sqlite -o thinning.npz`.
 
-Takes a store written by `calib surrogate train`, whose paths hold the largest thinning of the dielectric at six ratios t_d/h_s
-along each. A network learns it from seven eighths of the paths, and from what it misses of the others a second one how far it is
-off, by design and depth; its scale is that at which 90 % of what is missed lie inside the 90 % band of networks that were trained
-without them. Printed is how far it is off, by how large the thinning is, and how often that band holds. With -o both are
-written: models/surrogate/data/thinning.npz.
+Takes a store written by `calib surrogate train`, whose paths hold the largest thinning of the dielectric at six ratios
+t_d/h_s along each. A network learns it from seven eighths of the paths, and from what it misses of the others a second one how
+far it is off, by design and depth; its scale is that at which 90 % of what is missed lie inside the 90 % band of networks that
+were trained without them. Printed is how far it is off, by how large the thinning is, and how often that band holds. With -o
+both are written: models/surrogate/data/thinning.npz.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -118,7 +119,7 @@ def main(words: Sequence[str] | None = None) -> None:
     print(f"{len(data.groups)} paths, {len(points.path)} thinnings; on the {rows.sum()} inside the range that were kept out:")
     print("| thinning | rms | 95 % within | 99 % within | inside the 90 % band |\n|---|---|---|---|---|")
     edges = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, np.inf)
-    for least, most in zip(edges[:-1], edges[1:], strict=True):
+    for least, most in pairwise(edges):
         own = (thinning >= least) & (thinning < most)
         if np.any(own):
             held = np.mean(np.abs(score[own]) <= _Z90)

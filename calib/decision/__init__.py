@@ -17,6 +17,7 @@ from calib.decision.force_table import (
 from calib.decision.gripper import LEVEL, WIDTH_IN_SD, Gripper
 from calib.decision.guard_band import Drawing, Risks
 from calib.decision.inspection import (
+    LEAVE_OUT_THE_COPY,
     Inspected,
     Inspection,
     Presented,
@@ -25,6 +26,7 @@ from calib.decision.inspection import (
     inspected_from_plain,
     inspected_to_plain,
     presented,
+    without_copies,
 )
 from calib.decision.inverse import invert
 from calib.decision.measurements import next_measurements
@@ -53,6 +55,7 @@ from calib.decision.words import percent, spans_in_words, void_in_words
 __all__ = [
     "DRIFTING",
     "INTERVAL_PROBABILITY",
+    "LEAVE_OUT_THE_COPY",
     "LEVEL",
     "LIMITED_HERE",
     "N_ROW",
@@ -113,4 +116,5 @@ __all__ = [
     "shortfall_in_words",
     "spans_in_words",
     "void_in_words",
+    "without_copies",
 ]

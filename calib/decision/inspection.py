@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
+from itertools import combinations, product
 from typing import Any, Literal
 
 import numpy as np
@@ -69,6 +70,12 @@ CHAINS = Gate(r_hat=1.02, ess=200.0)
 
 # Draws for the predictions of a newcomer's own readings, and share of draws that must carry a load for its signal to be told.
 _PREDICTED, _CARRIED = 200, 0.95
+
+# Standard deviations within which two newcomers have to agree in every unknown for their presses to be held against each other.
+_AS_ONE = 0.5
+
+#: What to do about two newcomers with the same readings.
+LEAVE_OUT_THE_COPY = "Leave out the copy, or put the right file in its place"
 
 _ONE_PRESS = "Check that they are of one press"
 
@@ -285,9 +292,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     if not one.sweeps or any(reason.gate == "files" and reason.level == "red" for reason in one.reasons):
         return blank
     lot, seed, like = inspection.lot, inspection.seed, inspection.template.name
-    experiment = newcomer_experiment(lot, inspection.template, _plain_name(one.name, lot.experiment))
-    alone = replace(experiment.specimens[0], sweeps=one.sweeps)
-    experiment = replace(experiment, specimens=(alone,))
+    experiment = _experiment_of(inspection, one)
     sweeps = read_sweeps(experiment)
     if {digest for sweep in sweeps for _, digest in sweep.files} != {digest for _, digest in one.files}:
         raise InputError(Fault("its files have changed since they were looked at", advice="Run the command again"))
@@ -347,6 +352,55 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         of_another_kind=held.of_another_kind,
         fits=_fits(predictions),
         conformity=conformity if usable else None,
+    )
+
+
+def _experiment_of(inspection: Inspection, one: Presented) -> Experiment:
+    """The experiment of the lot with a newcomer as its one specimen."""
+    lot = inspection.lot
+    experiment = newcomer_experiment(lot, inspection.template, _plain_name(one.name, lot.experiment))
+    return replace(experiment, specimens=(replace(experiment.specimens[0], sweeps=one.sweeps),))
+
+
+def without_copies(inspection: Inspection, ones: Sequence[Presented], found: Sequence[Inspected]) -> tuple[Inspected, ...]:
+    """What was found of newcomers, of which those that are one and the same press, saved in another way, must not be used.
+
+    Files with the same readings are told before anything is inspected (`presented`). Readings that were thinned out or
+    resampled are others, but make the same sensor: where two newcomers agree in all unknowns far within their uncertainty, as
+    hardly any two sensors do, their presses are held against each other.
+
+    Parameters
+    ----------
+    inspection : what they were inspected by.
+    ones : the newcomers.
+    found : of each.
+    """
+    reasons: dict[int, list[Reason]] = {}
+    for j, k in combinations(range(len(found)), 2):
+        if not _as_one(found[j], found[k]):
+            continue
+        first, second = (read_sweeps(_experiment_of(inspection, ones[i])) for i in (j, k))
+        channels = next((c for a, b in product(first, second) if (c := repeated_channels(a, b))), ())
+        for own, other in ((j, k), (k, j)) if channels else ():
+            same = f"its {' and '.join(channels)} readings are those of {found[other].name}, saved in another way"
+            finding = f"{same}: of which of them they are is not known"
+            reasons.setdefault(own, []).append(Reason("files", "red", finding, LEAVE_OUT_THE_COPY))
+    return tuple(
+        replace(one, verdict=verdict_of([*one.verdict.reasons, *reasons[i]]), estimates={}, conformity=None)
+        if i in reasons
+        else one
+        for i, one in enumerate(found)
+    )
+
+
+def _as_one(first: Inspected, second: Inspected) -> bool:
+    """Whether two newcomers agree in every unknown within a share of its standard deviation."""
+    one, other = first.estimates, second.estimates
+    unknowns = one.keys() - {"signal", "stroke"}
+    return (
+        bool(unknowns)
+        and one.keys() == other.keys()
+        and all(abs(one[name][0] - other[name][0]) <= _AS_ONE * max(one[name][1], other[name][1]) for name in unknowns)
     )
 
 

@@ -22,6 +22,7 @@ from typing import Any
 from calib.checks import Reason, Verdict
 from calib.decision import (
     DRIFTING,
+    LEAVE_OUT_THE_COPY,
     Batch,
     Inspected,
     Inspection,
@@ -33,12 +34,14 @@ from calib.decision import (
     inspected_to_plain,
     largest_force,
     presented,
+    without_copies,
 )
 from calib.errors import Fault, InputError
 from calib.experiment import (
     Looked,
     Pressed,
     Specification,
+    files_of_others,
     held_twice,
     look_through,
     pair,
@@ -147,7 +150,7 @@ def batch_in(
             run.posterior_sha256,
             specification,
             inspection.force,
-            tuple(made[key] for key in keys),
+            without_copies(inspection, ones, [made[key] for key in keys]),
             expected_of(run.posterior, inspection.forward, inspection.force, seed),
             left_out,
             seed,
@@ -286,6 +289,7 @@ def newcomers_in(files: Path, inspection: Inspection, folder: Path) -> tuple[lis
     against = _copies(specimens, inspection)
     experiment = inspection.lot.experiment
     ones = [presented(s, inspection.template, experiment, against.get(k, ())) for k, s in enumerate(specimens)]
+    ones = _with_names_of_others(ones, inspection)
     for file in unread:
         advice = file.faults[0].advice if file.faults and file.faults[0].advice else "Look at it"
         action = f"{advice}; or move it out of the folder, if it is no lab file"
@@ -334,10 +338,21 @@ def _copies(specimens: Sequence[Pressed], inspection: Inspection) -> dict[int, t
             if alike:
                 names = ", ".join(specimens[j].name for j in alike[:3])
                 finding = f"{what} of {names}: of which of them they are is not known"
-                reasons.append(Reason("files", "red", finding, "Leave out the copy, or put the right file in its place"))
+                reasons.append(Reason("files", "red", finding, LEAVE_OUT_THE_COPY))
         if reasons:
             found[k] = tuple(reasons)
     return found
+
+
+def _with_names_of_others(ones: Sequence[Presented], inspection: Inspection) -> list[Presented]:
+    """Newcomers, with an amber reason where a file says that it is of another of them."""
+    specimens = tuple(replace(inspection.template, name=one.name, sweeps=one.sweeps) for one in ones)
+    against: dict[str, list[Reason]] = {}
+    for other in files_of_others(replace(inspection.lot.experiment, specimens=specimens)):
+        finding = f"its file {other.file} {other.says} like one of {other.other}"
+        advice = "Make sure that it is of this specimen; if it is, mend the name or the label"
+        against.setdefault(other.specimen, []).append(Reason("names", "amber", finding, advice))
+    return [replace(one, reasons=(*one.reasons, *against.get(one.name, ()))) for one in ones]
 
 
 def _not_read(file: Looked, reason: Reason) -> Presented:

@@ -81,8 +81,8 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
 
     Columns are fine where the contact will be and, as the contact of a round indenter grows from a point, finer towards
     where it begins; they grow geometrically beyond and end fine at the free rim, over which the disc bulges. Rows are fine
-    under the contact and at the base, and no layer has fewer than four at 0.1 % accuracy: with two, a thin sensor on thick padding
-    had force exact to 0.1 %, and the change of capacitance of a thin dielectric to 2 %.
+    under the contact and at the base, and no layer has fewer than four at 0.1 % accuracy: with two, a thin sensor on thick
+    padding had the force within 0.1 %, and the change of capacitance of a thin dielectric within 2 %.
 
     Parameters
     ----------
@@ -137,8 +137,8 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
 def through_layers(mesh: Mesh, heights: FloatArray) -> FloatArray:
     """Weights of the nodes of a column in what is at given heights: a cubic spline through all nodes of the layer there.
 
-    Nodes are far more exact than the strains of elements, and the thickness of a thin dielectric, a difference within one or two
-    of them, is a strain: by the elements' own shape functions it would be several times as far off.
+    Nodes are far more exact than the strains of elements, and the thickness of a thin dielectric, a difference within one or
+    two of them, is a strain: by the elements' own shape functions it would be several times as far off.
 
     Parameters
     ----------

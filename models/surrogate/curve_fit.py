@@ -115,8 +115,9 @@ def train_curves(
 ) -> Network:
     """Train a network that says, for a design, the coefficients of polynomials which follow its curves.
 
-    All curves weigh the same at first, then, in a second half, as `emphasis` has it; a network that goes on has that half alone. The network learns what is left of the
-    mean curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
+    All curves weigh the same at first, then, in a second half, as `emphasis` has it; a network that goes on has that half
+    alone. The network learns what is left of the mean curve, as coefficients of the turned terms; its last layer is then turned
+    to those of the terms themselves.
 
     Parameters
     ----------

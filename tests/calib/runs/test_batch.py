@@ -244,6 +244,40 @@ def test_a_part_of_another_ones_files_is_red_on_both_sides(run: Run, tmp_path: P
     assert _row(batch, "s02").light != "red"
 
 
+def _resampled(path: Path) -> str:
+    """A file of readings, two thirds as many, each between two of the first."""
+    table = pd.read_csv(path)
+    at = np.arange(0.25, len(table) - 1, 1.5)
+    values = {name: np.interp(at, np.arange(len(table)), table[name]) for name in table}
+    return str(pd.DataFrame(values).to_csv(index=False, float_format="%.6f"))
+
+
+def test_a_press_that_was_resampled_is_red_on_both_sides(run: Run, tmp_path: Path) -> None:
+    for name, seed in (("s01", 1), ("s02", 2)):
+        _press(tmp_path, name, seed)
+    for kind in ("press", "cap"):
+        (tmp_path / f"s03_{kind}.csv").write_text(_resampled(tmp_path / f"s01_{kind}.csv"), encoding="utf-8")
+    batch = batch_in(run, tmp_path, tmp_path / "batch", _Counting(), like="sensor 1", chain_seconds=0.0)
+    for name, other in (("s01", "s03"), ("s03", "s01")):
+        row = _row(batch, name)
+        assert row.light == "red"
+        assert not row.estimates
+        assert f"readings are those of {other}, saved in another way" in row.verdict.reasons[0].finding
+    assert _row(batch, "s02").light != "red"
+
+
+def test_a_label_that_is_that_of_another_newcomer_is_amber(run: Run, tmp_path: Path) -> None:
+    for name, seed, label in (("s01", 1, "s02"), ("s02", 2, "s02"), ("s03", 3, "s03")):
+        _press(tmp_path, name, seed)
+        press = tmp_path / f"{name}_press.csv"
+        press.write_text(f"Specimen label: {label}\n" + press.read_text(encoding="utf-8"), encoding="utf-8")
+    batch = batch_in(run, tmp_path, tmp_path / "batch", _Counting(), like="sensor 1", chain_seconds=0.0)
+    assert {row.name for row in batch.rows if "names" in _gates(row)} == {"s01"}
+    (reason,) = (r for r in _row(batch, "s01").verdict.reasons if r.gate == "names")
+    assert reason.finding == 'its file s01_press.csv says "s02" like one of s02'
+    assert _row(batch, "s01").light == "amber"
+
+
 def test_a_batch_goes_on_where_it_was_stopped_and_computes_again_what_has_changed(run: Run, lab: Path, tmp_path: Path) -> None:
     folder, mine = tmp_path / "batch", tmp_path / "lab"
     mine.mkdir()

@@ -27,8 +27,7 @@ def test_thinning_is_that_of_the_finite_elements(padding: float) -> None:
     unit, mesh = solution.units.length, solution.model.mesh
     middle, t_d = (padding + 0.37e-3) / unit, 0.16e-3 / unit
     for state in solution.states:
-        low, at, high = (row_positions(mesh, state.u, middle + k * t_d)[1] for k in (-1, 0, 1))
-        exact = max(1 - float(at[0] - low[0]) / t_d, 1 - float(high[0] - at[0]) / t_d)
+        exact = float(largest_thinning(mesh, state.u, middle, np.array([t_d]))[0])
         found, sd = load_thinning().of(design.draws(), np.array([[state.depth * unit]]))
         assert found[0, 0] == pytest.approx(exact, rel=0.02)
         assert sd[0, 0] == pytest.approx(0.0128 * found[0, 0], rel=0.01)
