@@ -168,7 +168,8 @@ def train_curves(
         return np.asarray(slopes.reshape(len(rows), -1) * np.float32(2 / len(rows) / n_point))
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
-    network = None if start is None else _with_last(start, _turned(start, np.linalg.inv(curves.turn), n_curve) - mean_row)
+    back = np.asarray(np.linalg.inv(curves.turn), dtype=float)
+    network = None if start is None else _with_last(start, _turned(start, back, n_curve) - mean_row)
     halves = [np.ones(len(curves.values))] if start is None or emphasis is None else []
     halves += [] if emphasis is None else [emphasis]
     for half, weights in enumerate(halves):
