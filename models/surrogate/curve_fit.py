@@ -157,7 +157,6 @@ def train_curves(
         right += np.sum(leads @ (weight * values)[..., None], axis=0, dtype=float)
     mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
     mean = mean[..., 0].astype(np.float32)
-    mean_row = np.concatenate([np.zeros((hidden[-1], mean.size)), mean.reshape(1, -1)])  # of a last layer, in its offset
 
     def slope(out: npt.NDArray[Any], points: IntArray, weights: npt.NDArray[Any]) -> npt.NDArray[Any]:
         rows = rows_fitted[points]
@@ -169,7 +168,7 @@ def train_curves(
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
     back = np.asarray(np.linalg.inv(curves.turn), dtype=float)
-    network = None if start is None else _with_last(start, _turned(start, back, n_curve) - mean_row)
+    network = None if start is None else _lifted(_turned(start, back, n_curve), -mean)
     halves = [np.ones(len(curves.values))] if start is None or emphasis is None else []
     halves += [] if emphasis is None else [emphasis]
     for half, weights in enumerate(halves):
@@ -183,17 +182,23 @@ def train_curves(
             start=network,
         )
     assert network is not None
-    whole = _with_last(network, network.layers[-1] + mean_row)
-    return _with_last(whole, _turned(whole, curves.turn, n_curve))
+    return _turned(_lifted(network, mean), curves.turn, n_curve)
 
 
-def _turned(network: Network, turn: FloatArray, n_curve: int) -> FloatArray:
-    """The last layer of a network of coefficients, with these turned."""
-    return np.concatenate([part @ turn.T for part in np.split(network.layers[-1].astype(float), n_curve, axis=1)], axis=1)
+def _turned(network: Network, turn: FloatArray, n_curve: int) -> Network:
+    """A network of coefficients, with these turned."""
+    parts = np.split(network.layers[-1].astype(float), n_curve, axis=1)
+    return _with_last(network, np.concatenate([part @ turn.T for part in parts], axis=1))
+
+
+def _lifted(network: Network, by: npt.NDArray[np.float32]) -> Network:
+    """A network that says as much more, (n_curve, N_DEPTH_TERMS)."""
+    last = network.layers[-1].astype(float)
+    last[-1] += by.ravel()
+    return _with_last(network, last)
 
 
 def _with_last(network: Network, last: FloatArray) -> Network:
-    """A network with another last layer."""
     return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
 
 
