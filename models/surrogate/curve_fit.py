@@ -168,7 +168,7 @@ def train_curves(
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
     back = np.asarray(np.linalg.inv(curves.turn), dtype=float)
-    network = None if start is None else _lifted(_turned(start, back, n_curve), -mean)
+    network = None if start is None else _in_single(_lifted(_turned(start, back, n_curve), -mean))
     halves = [np.ones(len(curves.values))] if start is None or emphasis is None else []
     halves += [] if emphasis is None else [emphasis]
     for half, weights in enumerate(halves):
@@ -182,7 +182,7 @@ def train_curves(
             start=network,
         )
     assert network is not None
-    return _turned(_lifted(network, mean), curves.turn, n_curve)
+    return _in_single(_turned(_lifted(network, mean), curves.turn, n_curve))
 
 
 def _turned(network: Network, turn: FloatArray, n_curve: int) -> Network:
@@ -198,8 +198,13 @@ def _lifted(network: Network, by: npt.NDArray[np.float32]) -> Network:
     return _with_last(network, last)
 
 
-def _with_last(network: Network, last: FloatArray) -> Network:
-    return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
+def _with_last(network: Network, last: npt.NDArray[Any]) -> Network:
+    return Network(network.centre, network.width, (*network.layers[:-1], last))
+
+
+def _in_single(network: Network) -> Network:
+    """A network whose last layer is in single precision, as the others are."""
+    return _with_last(network, network.layers[-1].astype(np.float32))
 
 
 def _counted_on(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
