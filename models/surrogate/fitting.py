@@ -241,7 +241,9 @@ def fit_surrogate(
     force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
-    again = f" and as many with {' and '.join(emphasis)}" if emphasis else ""
+    again = f"{' and as many' * (mechanics_of is None)} with {' and '.join(emphasis)}" if emphasis else ""
+    if mechanics_of is not None:
+        again += ", going on from those of before"
     beside = ""
     if coarse is not None:
         beside = f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
