@@ -1,7 +1,7 @@
 """A TOML file (or Python) in, a checked `Experiment` out, its sweeps and the forward model it names; knows no likelihood."""
 
 from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
-from calib.experiment.counted_twice import held_twice, readings_in, readings_of_sweeps
+from calib.experiment.counted_twice import Held, held_twice, readings_in, readings_of_sweeps
 from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text, quoted_text, specimen_text
 from calib.experiment.edits import MARK, MEASURED, STANDS, Unedited, guess_at, unedited_in_words, unedited_lines
@@ -63,6 +63,7 @@ __all__ = [
     "CandidateMaterial",
     "Experiment",
     "Found",
+    "Held",
     "Instrument",
     "KeyPath",
     "Laboratory",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import TypeVar
 
@@ -11,27 +12,58 @@ import numpy as np
 from calib.errors import InputError
 from calib.experiment.lab_files import Found, look_through
 from calib.experiment.plan import Experiment
-from calib.lab import SAME, Sweep, rows_of, share_in_both
-from models.sensor import IntArray
+from calib.lab import SAME, Sweep, rows_of, share_in_both, thinned_rows_of
+from models.sensor import FloatArray, IntArray
 
 _Name = TypeVar("_Name", bound=Hashable)
 
 # Of which readings are compared; that of time and displacement is the same wherever a machine keeps its pace.
 _COMPARED = ("force", "capacitance")
+# Of what copies of records of more readings than this may hold every so many-th row is kept: there are nine of each.
+_LONG, _OF_LONG = 20_000, 16
 
 
-def readings_in(records: Sequence[Found]) -> tuple[IntArray, ...]:
-    """What stands for the readings of some records, by `calib.lab.rows_of`, an array for each column that is compared.
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What stands for the readings of a column.
+
+    Attributes
+    ----------
+    rows : of the readings as they are (`calib.lab.rows_of`).
+    thinned : of copies of them that were thinned out, of long records those alone that `every` divides.
+    every : a power of two.
+    """
+
+    rows: IntArray
+    thinned: IntArray
+    every: int
+
+    def same_as(self, other: Held) -> bool:
+        """Whether one of two columns has half of the other's readings, or the other half of those that are left of it."""
+        return share_in_both(self.rows, other.rows) >= SAME or self._has_thinned(other) or other._has_thinned(self)
+
+    def _has_thinned(self, other: Held) -> bool:
+        return share_in_both(self.thinned, other.rows[other.rows % self.every == 0]) >= SAME
+
+
+def readings_in(records: Sequence[Found]) -> tuple[Held, ...]:
+    """What stands for the readings of some records, for each column that is compared.
 
     Parameters
     ----------
     records : of one specimen.
     """
-    columns = (record.table.columns for record in records)
-    return tuple(rows_of(of[name]) for of in columns for name in _COMPARED if name in of)
+    columns = (record.table.columns[name] for record in records for name in _COMPARED if name in record.table.columns)
+    return tuple(map(_held, columns))
 
 
-def readings_of_sweeps(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, tuple[IntArray, ...]]:
+def _held(column: FloatArray) -> Held:
+    every = 1 if column.size <= _LONG else _OF_LONG
+    thinned = thinned_rows_of(column)
+    return Held(rows_of(column), thinned[thinned % every == 0], every)
+
+
+def readings_of_sweeps(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, tuple[Held, ...]]:
     """The same of every specimen whose lab files still lie where they were read, with the bytes that were read.
 
     Parameters
@@ -54,26 +86,27 @@ def readings_of_sweeps(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[
     return {specimen: readings_in(records) for specimen, records in found.items()}
 
 
-def held_twice(readings: Mapping[_Name, Sequence[IntArray]]) -> Iterator[tuple[_Name, _Name]]:
+def held_twice(readings: Mapping[_Name, Sequence[Held]]) -> Iterator[tuple[_Name, _Name]]:
     """Pairs of specimens with the same readings, in the order in which the mapping has them.
 
     Parameters
     ----------
     readings : name of a specimen -> from `readings_in`.
     """
-    owners = [(name, rows) for name, several in readings.items() for rows in several if rows.size]
+    owners = [(name, held) for name, several in readings.items() for held in several if held.rows.size]
     if len(owners) < 2:
         return
-    every = np.concatenate([rows for _, rows in owners])
-    owner = np.repeat(np.arange(len(owners)), [rows.size for _, rows in owners])
+    parts = [np.union1d(held.rows, held.thinned) for _, held in owners]
+    every = np.concatenate(parts)
+    owner = np.repeat(np.arange(len(owners)), [part.size for part in parts])
     order = np.argsort(every, kind="stable")
     again = np.flatnonzero(np.diff(every[order]) == 0)
     met = np.unique(np.column_stack([owner[order[again]], owner[order[again + 1]]]), axis=0)
     place = {name: k for k, name in enumerate(readings)}
     found = set()
     for k, j in met.tolist():
-        (one, rows), (other, others) = owners[k], owners[j]
-        if one != other and share_in_both(rows, others) >= SAME:
+        (one, held), (other, others) = owners[k], owners[j]
+        if one != other and held.same_as(others):
             found.add((min(place[one], place[other]), max(place[one], place[other])))
     names = list(readings)
     yield from ((names[one], names[other]) for one, other in sorted(found))

@@ -15,7 +15,7 @@ from calib.experiment.plan import Experiment, SweepFiles
 _HEAD = 4096
 # 'Text Inputs : Specimen label,"sensor 1"', "Sample ID;S2", "# Probe: 3".
 _LABEL = re.compile(
-    r"(?:specimen|sample|sensor|test ?piece|probe|prüfling|prüfkörper|éprouvette|échantillon|probeta)"
+    r"(?<![^\W\d_])(?:specimen|sample|sensor|dut|test ?piece|proben?|muster|prüfling|prüfkörper|éprouvette|échantillon|probeta)"
     r"(?:[ _-]*(?:label|name|id|no\.?|nr\.?|number|bezeichnung|nummer|kennung))?"
     r"[ \t]*[:=,;\t][ \t]*[\"']?(?P<label>[^\"',;\t\r\n]{1,60})",
     re.IGNORECASE,
@@ -45,6 +45,7 @@ def files_of_others(experiment: Experiment) -> tuple[OfAnother, ...]:
 
     Names are compared by their words and numbers, those that say nothing left out: "press_s02.csv" speaks of "sensor 2", and so
     does the label "S2", which has to be no more than that. One that all labelled files have, by their method, says nothing.
+    Where all others have a label of their own, one that two of them have speaks of the other in both.
 
     Parameters
     ----------
@@ -58,17 +59,28 @@ def files_of_others(experiment: Experiment) -> tuple[OfAnother, ...]:
     if len(keys) < 2 or not all(keys.values()) or len(set(keys.values())) < len(keys):
         return ()
     entered = [(s.name, *file) for s in experiment.specimens for entry in s.sweeps for file in _files(entry)]
-    labels = {path: _label(path) for path in {path for _, path, _ in entered}}
-    if len({label for label in labels.values() if label}) < 2:
-        labels = dict.fromkeys(labels, "")
+    labels = {path: _labels(path) for path in {path for _, path, _ in entered}}
+    labelled = [said for said in labels.values() if said]
+    of_all = frozenset.intersection(*labelled) if labelled else frozenset[str]()
+    labels = {path: said - of_all for path, said in labels.items()}
+    with_label: dict[str, set[str]] = {}
+    for specimen, path, _ in entered:
+        for label in labels[path]:
+            with_label.setdefault(label, set()).add(specimen)
+    shared = [sorted(several) for several in with_label.values() if len(several) > 1]
+    one_of_two = len(with_label) > 2 and len(shared) == 1 and len(shared[0]) == 2
     found: dict[tuple[str, Path], OfAnother] = {}
     for specimen, path, kind in entered:
-        label = labels[path]
         stem = key_of(split_repeat(tokens_of(path.stem, kind))[0], stamps=False, specimen_words=False)
-        said = key_of(tokens_of(label, ""), stamps=False, specimen_words=False)
-        named = [name for name, own in keys.items() if own == said]
-        spoken_of = [name for name, own in keys.items() if _holds(stem, own)]
-        for names, words in ((named, f'says "{label}"'), (spoken_of, "is named")):
+        spoken_of = []
+        for label in sorted(labels[path]):
+            said = key_of(tokens_of(label, ""), stamps=False, specimen_words=False)
+            named = [name for name, own in keys.items() if own == said]
+            if not named and one_of_two and len(with_label[label]) == 2:
+                named = [name for name in with_label[label] if name != specimen]
+            spoken_of.append((named, f'says "{label}"'))
+        spoken_of.append(([name for name, own in keys.items() if _holds(stem, own)], "is named"))
+        for names, words in spoken_of:
             if len(names) == 1 and names[0] != specimen:
                 found.setdefault((specimen, path), OfAnother(specimen, path.name, words, names[0]))
     return tuple(found.values())
@@ -89,13 +101,18 @@ def _holds(key: tuple[str, ...], part: tuple[str, ...]) -> bool:
     return any(key[k : k + len(part)] == part for k in range(len(key) - len(part) + 1))
 
 
-def _label(path: Path) -> str:
-    """What the head of a text file says of its specimen; "" if it says nothing."""
+def _labels(path: Path) -> frozenset[str]:
+    """What the head of a text file says of its specimen, in one line or several; nothing if it cannot be read."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD)
     except OSError:
-        return ""
-    encoding = "utf-16" if head[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8"
-    found = _LABEL.search(head.decode(encoding, errors="replace"))
-    return "" if found is None else found["label"].strip()
+        return frozenset()
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = head.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = head[: head.rfind(b"\n") + 1].decode("utf-8")
+        except UnicodeDecodeError:
+            text = head.decode("cp1252", errors="replace")
+    return frozenset(label for found in _LABEL.finditer(text) if (label := found["label"].strip()))

@@ -17,7 +17,7 @@ from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, read_press, readings_of
 from calib.lab.quality import Grade, check_name, grade_rows, judge, number_text, quality_in_words
-from calib.lab.repeated import SAME, as_one_piece, repeated_channels, rows_of, share_in_both
+from calib.lab.repeated import SAME, as_one_piece, repeated_channels, rows_of, share_in_both, thinned_rows_of
 from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
 from calib.lab.unloading import SHARES, Unloading, measure_unloading
@@ -69,6 +69,7 @@ __all__ = [
     "share_in_both",
     "sweeps_from_json",
     "sweeps_to_json",
+    "thinned_rows_of",
     "use_in_words",
     "use_value",
     "why_left_out",

@@ -17,6 +17,8 @@ from models.sensor import FloatArray, IntArray
 
 # Readings in a row that have to agree, and how many different steps from one to the next they have to take.
 _ROW, _UNLIKE = 8, 4
+# A copy that was thinned out has at least every so many-th reading.
+_THINNEST = 10
 # Binary digits (nine decimal ones) to which they agree, so that another unit in the file is no other reading.
 _DIGITS = 30
 #: Share [1] of the shorter series that stands in the other where they are the same.
@@ -57,6 +59,18 @@ def rows_of(readings: FloatArray) -> IntArray:
     # Odd numbers of 63 bits, always the same: sums that wrap round differ wherever readings do.
     by = np.random.default_rng(0).integers(2**62, 2**63 - 1, _ROW, dtype=np.int64) | 1
     return np.unique(rows[unlike >= _UNLIKE] @ by)
+
+
+def thinned_rows_of(readings: FloatArray) -> IntArray:
+    """The same of every second, third, ... tenth reading, from whichever it begins: what a copy that was thinned out has.
+
+    Parameters
+    ----------
+    readings : as of `rows_of`.
+    """
+    value = readings[np.isfinite(readings)]
+    parts = [rows_of(value[first::every]) for every in range(2, _THINNEST + 1) for first in range(every)]
+    return np.unique(np.concatenate(parts))
 
 
 def share_in_both(first: IntArray, second: IntArray) -> float:

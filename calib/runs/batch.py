@@ -38,6 +38,7 @@ from calib.decision import (
 )
 from calib.errors import Fault, InputError
 from calib.experiment import (
+    Held,
     Looked,
     Pressed,
     Specification,
@@ -59,7 +60,6 @@ from calib.runs.ownership import owned, owner_of
 from calib.sampling import Posterior, lot_of
 from calib.workers import workers
 from models.response import Forward
-from models.sensor import IntArray
 
 #: Names of the files of a batch: a line for each specimen as it comes, and what they say together.
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
@@ -320,7 +320,7 @@ def _copies(specimens: Sequence[Pressed], inspection: Inspection) -> dict[int, t
     """What speaks against specimens with the same readings as another, or as the lot itself, whole or in part."""
     of_lot = {sha256: sweep.specimen for sweep in inspection.sweeps for _, sha256 in sweep.files}
     lot = readings_of_sweeps(inspection.lot.experiment, inspection.sweeps)
-    readings: dict[str | int, Sequence[IntArray]] = dict(lot.items())
+    readings: dict[str | int, Sequence[Held]] = dict(lot.items())
     readings.update({k: readings_in(list(_records(s))) for k, s in enumerate(specimens)})
     bytes_of = [{(r.table.sha256, r.reading.specimen) for r in _records(s)} for s in specimens]
     same = {frozenset(pair) for pair in held_twice(readings)}

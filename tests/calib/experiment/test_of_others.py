@@ -42,6 +42,35 @@ def test_files_that_were_exchanged_are_told_by_what_the_tester_wrote(tmp_path: P
     ]
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+@pytest.mark.parametrize("words", ["Probenbezeichnung: {}", "Échantillon : {}", "Prüfling Nr.;{}", "Muster;{}", "DUT: S_0{}"])
+def test_what_is_written_in_other_languages_is_read_in_their_encodings(tmp_path: Path, words: str, encoding: str) -> None:
+    for file, label in (("x.csv", "2"), ("y.csv", "1")):
+        text = f"Kraftsensor: 1\nGerät: Prüfmaschine\n{words.format(label)}\n0;0\n"
+        (tmp_path / file).write_text(text, encoding=encoding)
+    assert [told[0] for told in _told(tmp_path, {"s1": ("x.csv", "u.csv"), "s2": ("y.csv", "v.csv")})] == ["s1", "s2"]
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        (("A7", "A8", "A8", "A9"), [("p_b", "p_c"), ("p_c", "p_b")]),
+        (("A7", "A8", "A9", "A10"), []),
+        # Lots, and a method that two have.
+        (("A", "A", "B", "B"), []),
+        (("A", "A", "A", "B"), []),
+    ],
+)
+def test_a_label_that_two_of_many_have_is_told_of_both(
+    tmp_path: Path, labels: tuple[str, ...], told: list[tuple[str, str]]
+) -> None:
+    names = ("p_a", "p_b", "p_c", "p_d")
+    for name, label in zip(names, labels, strict=True):
+        (tmp_path / f"{name}.csv").write_text(BLUEHILL.format(label), encoding="utf-8")
+    found = _told(tmp_path, {name: (f"{name}.csv", f"{name}_lcr.csv") for name in names})
+    assert [(own, other) for own, _, other in found] == told
+
+
 @pytest.mark.parametrize(
     "entered",
     [

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.lab import SAME, Points, Sweep, as_one_piece, repeated_channels, rows_of, share_in_both
+from calib.lab import SAME, Points, Sweep, as_one_piece, repeated_channels, rows_of, share_in_both, thinned_rows_of
 from calib.lab.reduction import NoiseEstimate
 from calib.problem.synthetic import Rig, synthetic_sweep
 from models.analytic import ClosedForm
@@ -29,6 +29,16 @@ def test_a_part_of_a_record_is_known_again_in_any_unit(part: slice) -> None:
     force = _press(1)
     assert _share(force, force[part]) == 1.0
     assert _share(force, 1e-3 * (1e3 * force[part])) > 0.99
+
+
+@pytest.mark.parametrize("kept", [slice(None, None, 2), slice(1, None, 3), slice(307, 1200, 10)])
+def test_what_is_left_of_a_record_is_known_again(kept: slice) -> None:
+    force = _press(1)
+    assert share_in_both(rows_of(force[kept]), thinned_rows_of(force)) == 1.0
+    assert share_in_both(rows_of(force[kept]), rows_of(force)) == 0.0
+    for digits, noise in ((3, 0.005), (3, 0.001), (2, 0.005), (2, 0.001), (1, 0.01)):
+        thinned = rows_of(_press(1, digits, noise)[kept])
+        assert share_in_both(thinned, thinned_rows_of(_press(2, digits, noise))) < 0.2 * SAME
 
 
 @pytest.mark.parametrize(("digits", "noise"), [(3, 0.005), (3, 0.001), (2, 0.005), (2, 0.001), (1, 0.01)])

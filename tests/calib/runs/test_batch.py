@@ -252,6 +252,18 @@ def _resampled(path: Path) -> str:
     return str(pd.DataFrame(values).to_csv(index=False, float_format="%.6f"))
 
 
+@pytest.mark.parametrize(("every", "first"), [(2, 0), (3, 1)])
+def test_a_press_that_was_thinned_out_is_red_on_both_sides(every: int, first: int, run: Run, tmp_path: Path) -> None:
+    for name, seed in (("s01", 1), ("s02", 2)):
+        _press(tmp_path, name, seed)
+    for kind in ("press", "cap"):
+        table = pd.read_csv(tmp_path / f"s01_{kind}.csv")
+        table[first::every].to_csv(tmp_path / f"s03_{kind}.csv", index=False, float_format="%.6f")
+    batch = batch_in(run, tmp_path, tmp_path / "batch", _Counting(), like="sensor 1", chain_seconds=0.0)
+    assert {row.name for row in batch.rows if row.light == "red"} == {"s01", "s03"}
+    assert "its readings, or a part, are those of s03" in _row(batch, "s01").verdict.reasons[0].finding
+
+
 def test_a_press_that_was_resampled_is_red_on_both_sides(run: Run, tmp_path: Path) -> None:
     for name, seed in (("s01", 1), ("s02", 2)):
         _press(tmp_path, name, seed)
