@@ -19,31 +19,32 @@ _Name = TypeVar("_Name", bound=Hashable)
 
 # Of which readings are compared; that of time and displacement is the same wherever a machine keeps its pace.
 _COMPARED = ("force", "capacitance")
-# Of what copies of records of more readings than this may hold every so many-th row is kept: there are nine of each.
-_LONG, _OF_LONG = 20_000, 16
+# Of what copies of records of more readings than this may hold a few rows are kept: there are nine times as many as readings.
+_LONG = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What stands for the readings of a column.
+    """What stands for the readings of a column, by `calib.lab.rows_of`.
 
     Attributes
     ----------
-    rows : of the readings as they are (`calib.lab.rows_of`).
-    thinned : of copies of them that were thinned out, of long records those alone that `every` divides.
-    every : a power of two.
+    rows, few : of the readings as they are, all and a few.
+    thinned : of copies of them that were thinned out; of a long record a few.
+    long : whether it is one.
     """
 
     rows: IntArray
+    few: IntArray
     thinned: IntArray
-    every: int
+    long: bool
 
     def same_as(self, other: Held) -> bool:
         """Whether one of two columns has half of the other's readings, or the other half of those that are left of it."""
         return share_in_both(self.rows, other.rows) >= SAME or self._has_thinned(other) or other._has_thinned(self)
 
     def _has_thinned(self, other: Held) -> bool:
-        return share_in_both(self.thinned, other.rows[other.rows % self.every == 0]) >= SAME
+        return share_in_both(self.thinned, other.few if self.long else other.rows) >= SAME
 
 
 def readings_in(records: Sequence[Found]) -> tuple[Held, ...]:
@@ -58,9 +59,8 @@ def readings_in(records: Sequence[Found]) -> tuple[Held, ...]:
 
 
 def _held(column: FloatArray) -> Held:
-    every = 1 if column.size <= _LONG else _OF_LONG
-    thinned = thinned_rows_of(column)
-    return Held(rows_of(column), thinned[thinned % every == 0], every)
+    long = column.size > _LONG
+    return Held(rows_of(column), rows_of(column, few=True), thinned_rows_of(column, few=long), long)
 
 
 def readings_of_sweeps(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, tuple[Held, ...]]:

@@ -17,6 +17,8 @@ from models.sensor import FloatArray, IntArray
 
 # Readings in a row that have to agree, and how many different steps from one to the next they have to take.
 _ROW, _UNLIKE = 8, 4
+# One of so many rows is kept of a few.
+_FEW = 16
 # A copy that was thinned out has at least every so many-th reading.
 _THINNEST = 10
 # Binary digits (nine decimal ones) to which they agree, so that another unit in the file is no other reading.
@@ -36,12 +38,13 @@ _DIGIT = 1e-12
 _MOST = 4000
 
 
-def rows_of(readings: FloatArray) -> IntArray:
+def rows_of(readings: FloatArray, *, few: bool = False) -> IntArray:
     """Numbers that stand for the readings of a series, so many in a row each; for none that stand still or follow a ramp.
 
     Parameters
     ----------
     readings : (n,), in the order of reading; what is no number is passed over.
+    few : of rows those alone whose first reading is one of a sixteenth of all there can be, the same in every series.
 
     Returns
     -------
@@ -52,24 +55,27 @@ def rows_of(readings: FloatArray) -> IntArray:
         return np.empty(0, dtype=np.int64)
     mantissa, exponent = np.frexp(value)
     digits = np.round(mantissa * 2.0**_DIGITS).astype(np.int64) + (exponent.astype(np.int64) << (_DIGITS + 2))
-    rows = np.lib.stride_tricks.sliding_window_view(digits, _ROW)
-    steps = np.round(np.diff(value) * 2.0**_DIGITS / max(float(np.max(np.abs(value))), 1e-300)).astype(np.int64)
-    steps = np.sort(np.lib.stride_tricks.sliding_window_view(steps, _ROW - 1), axis=1)
-    unlike = 1 + np.count_nonzero(np.diff(steps, axis=1) > 2, axis=1)
     # Odd numbers of 63 bits, always the same: sums that wrap round differ wherever readings do.
     by = np.random.default_rng(0).integers(2**62, 2**63 - 1, _ROW, dtype=np.int64) | 1
-    return np.unique(rows[unlike >= _UNLIKE] @ by)
+    first = np.arange(value.size - _ROW + 1)
+    if few:
+        first = first[((digits[first] * by[0]) >> 40) % _FEW == 0]
+    steps = np.round(np.diff(value) * 2.0**_DIGITS / max(float(np.max(np.abs(value))), 1e-300)).astype(np.int64)
+    steps = np.sort(np.lib.stride_tricks.sliding_window_view(steps, _ROW - 1)[first], axis=1)
+    unlike = 1 + np.count_nonzero(np.diff(steps, axis=1) > 2, axis=1)
+    rows = np.lib.stride_tricks.sliding_window_view(digits, _ROW)[first[unlike >= _UNLIKE]]
+    return np.unique(rows @ by)
 
 
-def thinned_rows_of(readings: FloatArray) -> IntArray:
+def thinned_rows_of(readings: FloatArray, *, few: bool = False) -> IntArray:
     """The same of every second, third, ... tenth reading, from whichever it begins: what a copy that was thinned out has.
 
     Parameters
     ----------
-    readings : as of `rows_of`.
+    readings, few : as of `rows_of`.
     """
     value = readings[np.isfinite(readings)]
-    parts = [rows_of(value[first::every]) for every in range(2, _THINNEST + 1) for first in range(every)]
+    parts = [rows_of(value[first::every], few=few) for every in range(2, _THINNEST + 1) for first in range(every)]
     return np.unique(np.concatenate(parts))
 
 

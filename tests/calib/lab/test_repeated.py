@@ -41,6 +41,17 @@ def test_what_is_left_of_a_record_is_known_again(kept: slice) -> None:
         assert share_in_both(thinned, thinned_rows_of(_press(2, digits, noise))) < 0.2 * SAME
 
 
+def test_what_is_left_of_a_long_record_is_known_again_by_a_few_of_its_rows() -> None:
+    rng = np.random.default_rng(4)
+    force = np.round(np.linspace(0, 5, 60_000) + 0.01 * rng.standard_normal(60_000), 4)
+    other = np.round(np.linspace(0, 5, 60_000) + 0.01 * rng.standard_normal(60_000), 4)
+    few = thinned_rows_of(force, few=True)
+    assert few.size < 0.1 * thinned_rows_of(force).size
+    for kept in (force[3::5], force[20_000:24_000:2]):
+        assert share_in_both(rows_of(kept, few=True), few) == 1.0
+        assert share_in_both(rows_of(kept, few=True), thinned_rows_of(other, few=True)) < 0.1
+
+
 @pytest.mark.parametrize(("digits", "noise"), [(3, 0.005), (3, 0.001), (2, 0.005), (2, 0.001), (1, 0.01)])
 def test_two_presses_of_one_machine_are_not_the_same(digits: int, noise: float) -> None:
     assert _share(_press(1, digits, noise), _press(2, digits, noise)) < 0.2 * SAME
