@@ -93,8 +93,8 @@ def fit_surrogate(
     ----------
     data : the paths.
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
-    mechanics_of : surrogate of the same family whose mechanics, with the ends of its paths, are kept: the capacitance alone is
-        learnt, going on from its network. None to learn both from the beginning.
+    mechanics_of : surrogate of the same family whose mechanics, with their error and the ends of its paths, are kept: the
+        capacitance alone is learnt, going on from its network. None to learn both from the beginning.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
@@ -238,7 +238,10 @@ def fit_surrogate(
     missed_change = share_of_change[rows] * (
         electrical[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
-    force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
+    if mechanics_of is None:
+        force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
+    else:
+        force_sd, force_modes = mechanics_of.force_sd, mechanics_of.force_modes
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
     again = f"{' and as many' * (mechanics_of is None)} with {' and '.join(emphasis)}" if emphasis else ""
