@@ -103,7 +103,7 @@ def recommend(
         conformity = recommendation.conformity
         say(recommendation.in_words if conformity is None else conformity.in_words)
         if earlier is not None and earlier.asked_in_words != recommendation.asked_in_words:
-            was = "which was red" if earlier.verdict.colour == "red" else earlier.best_in_words
+            was = "which was red" if earlier.verdict.colour == "red" else earlier.advised_in_words
             say(f"It takes the place of the advice for {earlier.asked_in_words} that was in {run} ({was}).")
         status, void = status_in_words(recommendation.verdict, "the advice"), recommendation.verdict.colour == "red"
         reasons = [r for r in recommendation.verdict.reasons if r.level == "red" or not void]

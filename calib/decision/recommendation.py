@@ -158,6 +158,14 @@ class Recommendation:
         return f"{self.best * 1e3:.{self.places}f} mm"
 
     @property
+    def advised_in_words(self) -> str:
+        """The padding that is advised: of a specification the one that conforms, else that of the largest signal."""
+        if self.conformity is None:
+            return self.best_in_words
+        advised = self.conformity.best.best
+        return f"{advised * 1e3:.2f} mm" if math.isfinite(advised) else "no padding"
+
+    @property
     def asked_in_words(self) -> str:
         """What was asked for: a force and paddings, or a specification."""
         if self.conformity is not None:

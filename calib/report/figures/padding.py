@@ -95,7 +95,8 @@ def _mark(r: Recommendation, axes: Sequence[Axes]) -> None:
         if r.interval is not None and r.interval[1] > r.interval[0]:
             label = f"as good with ≥ {INTERVAL_PROBABILITY * 100:g} %" if first else None
             ax.axvspan(r.interval[0] * 1e3, r.interval[1] * 1e3, color=GREEN, alpha=0.10, lw=0, label=label)
-        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"recommended: {r.best_in_words}" if first else None)
+        what = "recommended" if r.conformity is None else "largest signal"
+        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"{what}: {r.best_in_words}" if first else None)
         for i, (lo, hi) in enumerate(_runs(edges, ~r.covered)):
             label = "not covered by the model" if first and i == 0 else None
             ax.axvspan(lo, hi, facecolor="#f2f2f2", edgecolor=LIGHT, hatch="///", lw=0, label=label)

@@ -18,9 +18,10 @@ def plots(results: Results) -> Mapping[str, Plot]:
     r = results.recommendation
     if r is None:
         return {}
+    which = "the recommended thickness" if r.conformity is None else "the thickness of the largest signal"
     padding = (
-        "The signal over the padding. Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and those that "
-        "are as good with a probability of at least 80 %. Hatched: outside what the model covers."
+        f"The signal over the padding. Bands hold 50 % and 90 % of the draws. Green: {which} and those that are as good with a "
+        "probability of at least 80 %. Hatched: outside what the model covers."
     )
     beside = "What else comes with the thickness; below, zoomed, where single draws of the posterior have their optimum."
     return {

@@ -129,6 +129,16 @@ def test_tolerance_of_pads_counts_for_nominal_thicknesses_and_not_for_measured_o
     assert c.causes[0].name == "padding tolerance"
 
 
+def test_what_is_advised_is_what_conforms_and_not_the_largest_signal(posterior: Posterior) -> None:
+    # The signal grows with the padding, whose height is limited.
+    spec = replace(_BASE, limits=(Limit("height", "at_most", 3.5e-3),))
+    found = recommend_for(posterior, Spring(), spec, seed=1, verdict=Verdict())
+    assert found.conformity is not None
+    assert found.best > 4.5e-3
+    assert found.advised_in_words == f"{1e3 * found.conformity.best.best:.2f} mm" != found.best_in_words
+    assert replace(found, conformity=None).advised_in_words.startswith("5")
+
+
 def test_no_pad_is_made_thinner_than_nothing(posterior: Posterior) -> None:
     c = _conform(
         posterior, Limit("height", "at_most", 9e-3), padding_tolerance=Tolerance("uniform", 0.8e-3), lower=0.0, steps=11

@@ -252,6 +252,14 @@ def test_the_first_sheet_has_verdict_numbers_signal_and_conditions(page: str) ->
     assert page.count('data-name="conformity"') == 1
 
 
+def test_of_a_specification_only_what_conforms_is_called_recommended(page: str) -> None:
+    section = page.partition('<section id="padding">')[2].partition("</section>")[0]
+    assert "What padding gives the largest signal" in section
+    assert "at the thickness of the largest signal, " in section
+    assert "recommended thickness" not in section
+    assert "at the recommended" not in section
+
+
 def tick_labels(axis: Axis) -> list[Text]:
     """The labels of an axis that are drawn, level."""
     low, high = sorted(axis.get_view_interval())
