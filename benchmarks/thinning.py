@@ -19,6 +19,7 @@ import numpy as np
 
 from models.sensor import BoolArray, FloatArray, IntArray
 from models.surrogate.domain import inside
+from models.surrogate.error_fit import Z90, scaled
 from models.surrogate.network import Network, least_squares, train_network
 from models.surrogate.store import open_store
 from models.surrogate.thinning import SMALL, Thinning, thinning_features
@@ -26,9 +27,8 @@ from models.surrogate.training import DIELECTRIC_POINTS, TrainingSet, store_sett
 
 _SIZES, _ERROR_SIZES = (64, 64, 64, 1), (24, 24, 1)
 _STEPS = 40_000
-#: One path in so many is kept out, and so many parts of what is missed of those are left out in turn.
-_KEPT, _PARTS = 8, 4
-_Z90 = 1.645
+#: One path in so many is kept out.
+_KEPT = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +86,10 @@ def learnt_error(features: FloatArray, missed: FloatArray, path: IntArray, steps
     def trained(rows: BoolArray) -> Network:
         return train_network(features[rows], least_squares(logs[rows, None]), _ERROR_SIZES, steps=steps, rng=rng)
 
-    part = rng.permutation(int(path.max()) + 1)[path] % _PARTS
-    score = np.empty(len(missed))
-    for k in range(_PARTS):
-        out = part == k
-        score[out] = missed[out] / np.exp(trained(~out)(features[out])[:, 0])
-    scale = float(np.quantile(np.abs(score), 0.9)) / _Z90
-    network = trained(np.ones(len(missed), dtype=bool))
-    last = network.layers[-1].copy()
-    last[-1, 0] += np.float32(np.log(scale))
-    return Network(network.centre, network.width, (*network.layers[:-1], last)), score / scale
+    def scores(network: Network, rows: BoolArray) -> FloatArray:
+        return np.asarray(missed[rows] / np.exp(network(features[rows])[:, 0]))
+
+    return scaled(trained, scores, rng.permutation(int(path.max()) + 1)[path])
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -122,7 +116,7 @@ def main(words: Sequence[str] | None = None) -> None:
     for least, most in pairwise(edges):
         own = (thinning >= least) & (thinning < most)
         if np.any(own):
-            held = np.mean(np.abs(score[own]) <= _Z90)
+            held = np.mean(np.abs(score[own]) <= Z90)
             sizes = " | ".join(f"{np.quantile(off[own], share):.2%}" for share in (0.95, 0.99))
             print(f"| {least:g} to {most:g} | {np.sqrt(np.mean(off[own] ** 2)):.2%} | {sizes} | {held:.1%} |")
     if given.output is not None:

@@ -168,7 +168,7 @@ def train_curves(
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
     back = np.asarray(np.linalg.inv(curves.turn), dtype=float)
-    network = None if start is None else _in_single(_lifted(_turned(start, back, n_curve), -mean))
+    network = None if start is None else _moved(start, 0 * mean, back, -mean)
     halves = [np.ones(len(curves.values))] if start is None or emphasis is None else []
     halves += [] if emphasis is None else [emphasis]
     for half, weights in enumerate(halves):
@@ -182,29 +182,16 @@ def train_curves(
             start=network,
         )
     assert network is not None
-    return _in_single(_turned(_lifted(network, mean), curves.turn, n_curve))
+    return _moved(network, mean, curves.turn, 0 * mean)
 
 
-def _turned(network: Network, turn: FloatArray, n_curve: int) -> Network:
-    """A network of coefficients, with these turned."""
-    parts = np.split(network.layers[-1].astype(float), n_curve, axis=1)
-    return _with_last(network, np.concatenate([part @ turn.T for part in parts], axis=1))
-
-
-def _lifted(network: Network, by: npt.NDArray[np.float32]) -> Network:
-    """A network that says as much more, (n_curve, N_DEPTH_TERMS)."""
+def _moved(network: Network, before: FloatArray, turn: FloatArray, after: FloatArray) -> Network:
+    """A network of coefficients (n_curve, N_DEPTH_TERMS) with something added to them before they are turned, and after."""
     last = network.layers[-1].astype(float)
-    last[-1] += by.ravel()
-    return _with_last(network, last)
-
-
-def _with_last(network: Network, last: npt.NDArray[Any]) -> Network:
-    return Network(network.centre, network.width, (*network.layers[:-1], last))
-
-
-def _in_single(network: Network) -> Network:
-    """A network whose last layer is in single precision, as the others are."""
-    return _with_last(network, network.layers[-1].astype(np.float32))
+    last[-1] += before.ravel()
+    last = np.concatenate([part @ turn.T for part in np.split(last, len(before), axis=1)], axis=1)
+    last[-1] += after.ravel()
+    return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
 
 
 def _counted_on(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:

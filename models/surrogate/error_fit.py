@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 from models.surrogate.coordinates import N_DEPTH_TERMS, S_END, depth_terms
 from models.surrogate.network import Network, least_squares, train_network
 from models.surrogate.pressed import N_ERROR_MODES, N_ERROR_TERMS, N_MODE_TERMS
@@ -17,7 +19,34 @@ _ERROR_STEPS = 15
 _ERROR_PARTS = 4
 
 #: Half width of a normal 90 % interval in standard deviations.
-_Z90 = 1.645
+Z90 = 1.645
+
+
+def scaled(
+    trained: Callable[[BoolArray], Network], scores: Callable[[Network, BoolArray], FloatArray], path: IntArray
+) -> tuple[Network, FloatArray]:
+    """Train a network of an error, with the scale at which 90 % of scores by networks that had not seen them are in its band.
+
+    Parameters
+    ----------
+    trained : from rows (n,) to a network whose first output is the logarithm of the error's sd.
+    scores : of a network and rows (n,), what was missed there over the sd.
+    path : (n,), numbers of the paths that rows are of, in a random order: a part of them at a time is left out.
+
+    Returns
+    -------
+    The network, and the scores of all rows by networks trained without their path, at that scale.
+    """
+    part = path % _ERROR_PARTS
+    parts = [scores(trained(part != k), part == k) for k in range(_ERROR_PARTS)]
+    unseen = np.empty((len(part), *parts[0].shape[1:]))
+    for k, own in enumerate(parts):
+        unseen[part == k] = own
+    scale = float(np.nanquantile(np.abs(unseen), 0.9)) / Z90
+    network = trained(np.ones(len(part), dtype=bool))
+    last = network.layers[-1].copy()
+    last[-1, 0] += np.float32(np.log(scale))
+    return Network(network.centre, network.width, (*network.layers[:-1], last)), unseen / scale
 
 
 def learn_error(
@@ -59,17 +88,10 @@ def learn_error(
     def scores(network: Network, rows: BoolArray) -> FloatArray:
         return np.asarray(missed[rows] / np.exp((network(features[rows])[:, None] @ along[rows])[:, 0]))
 
-    part = np.repeat(rng.permutation(n_path) % _ERROR_PARTS, len(s) // n_path)
-    unseen = np.concatenate([scores(trained(part != k), part == k) for k in range(_ERROR_PARTS)])
-    scale = float(np.nanquantile(np.abs(unseen), 0.9)) / _Z90
-    everything = np.ones(len(s), dtype=bool)
-    network = trained(everything)
-    score = scores(network, everything)
-    last = network.layers[-1].copy()
-    last[-1, 0] += np.float32(np.log(scale))
+    network, _ = scaled(trained, scores, np.repeat(rng.permutation(n_path), len(s) // n_path))
 
     # A handful of wild paths must not make the correlation.
-    clipped = np.clip(score / scale, -4, 4)
+    clipped = np.clip(scores(network, np.ones(len(s), dtype=bool)), -4, 4)
     grid = np.linspace(0.0, S_END, 2 * N_DEPTH_TERMS)
     curves = np.array([np.interp(grid, x[np.isfinite(x)], y[np.isfinite(x)]) for x, y in zip(s, clipped, strict=True)])
     covariance = curves.T @ curves / len(curves)
@@ -81,4 +103,4 @@ def learn_error(
     # What modes and terms left out must not be missing from the standard deviation.
     short = np.linalg.norm(terms @ smooth, axis=1, keepdims=True)
     smooth = np.linalg.lstsq(terms, terms @ smooth / short, rcond=None)[0]
-    return Network(network.centre, network.width, (*network.layers[:-1], last)), np.asarray(smooth.T)
+    return network, np.asarray(smooth.T)
