@@ -17,11 +17,11 @@ from calib.decision.force_table import (
 from calib.decision.gripper import LEVEL, WIDTH_IN_SD, Gripper
 from calib.decision.guard_band import Drawing, Risks
 from calib.decision.inspection import (
-    LEAVE_OUT_THE_COPY,
     Inspected,
     Inspection,
     Presented,
     counted_already,
+    held_by_another,
     inspect,
     inspected_from_plain,
     inspected_to_plain,
@@ -55,7 +55,6 @@ from calib.decision.words import percent, spans_in_words, void_in_words
 __all__ = [
     "DRIFTING",
     "INTERVAL_PROBABILITY",
-    "LEAVE_OUT_THE_COPY",
     "LEVEL",
     "LIMITED_HERE",
     "N_ROW",
@@ -96,6 +95,7 @@ __all__ = [
     "counted_already",
     "expected_of",
     "force_exceeded",
+    "held_by_another",
     "inspect",
     "inspected_from_plain",
     "inspected_to_plain",

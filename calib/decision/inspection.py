@@ -74,9 +74,6 @@ _PREDICTED, _CARRIED = 200, 0.95
 # Standard deviations within which two newcomers have to agree in every unknown for their presses to be held against each other.
 _AS_ONE = 0.5
 
-#: What to do about two newcomers with the same readings.
-LEAVE_OUT_THE_COPY = "Leave out the copy, or put the right file in its place"
-
 _ONE_PRESS = "Check that they are of one press"
 
 #: Gates of what speaks against the lot, and so against every newcomer: said once, as the lot's light.
@@ -382,9 +379,8 @@ def without_copies(inspection: Inspection, ones: Sequence[Presented], found: Seq
         first, second = (read_sweeps(_experiment_of(inspection, ones[i])) for i in (j, k))
         channels = next((c for a, b in product(first, second) if (c := repeated_channels(a, b))), ())
         for own, other in ((j, k), (k, j)) if channels else ():
-            same = f"its {' and '.join(channels)} readings are those of {found[other].name}, saved in another way"
-            finding = f"{same}: of which of them they are is not known"
-            reasons.setdefault(own, []).append(Reason("files", "red", finding, LEAVE_OUT_THE_COPY))
+            what = f"its {' and '.join(channels)} readings are those of {found[other].name}, saved in another way"
+            reasons.setdefault(own, []).append(held_by_another(what))
     return tuple(
         replace(one, verdict=verdict_of([*one.verdict.reasons, *reasons[i]]), estimates={}, conformity=None)
         if i in reasons
@@ -423,6 +419,17 @@ def counted_already(specimen: str, what: str = "readings") -> Reason:
     """
     finding = f"its {what} are those of {specimen} of the lot, which counts them already"
     return Reason("files", "red", finding, "Leave it out: `calib report` has what is known of it")
+
+
+def held_by_another(what: str) -> Reason:
+    """What speaks against newcomers of which one is a copy of the other.
+
+    Parameters
+    ----------
+    what : in words, which readings it has of which other.
+    """
+    finding = f"{what}: of which of them they are is not known"
+    return Reason("files", "red", finding, "Leave out the copy, or put the right file in its place")
 
 
 def _its_own(

@@ -22,13 +22,13 @@ from typing import Any
 from calib.checks import Reason, Verdict
 from calib.decision import (
     DRIFTING,
-    LEAVE_OUT_THE_COPY,
     Batch,
     Inspected,
     Inspection,
     Presented,
     counted_already,
     expected_of,
+    held_by_another,
     inspect,
     inspected_from_plain,
     inspected_to_plain,
@@ -337,8 +337,7 @@ def _copies(specimens: Sequence[Pressed], inspection: Inspection) -> dict[int, t
         for alike, what in ((copies, "its files have the same bytes as those"), (parts, "its readings, or a part, are those")):
             if alike:
                 names = ", ".join(specimens[j].name for j in alike[:3])
-                finding = f"{what} of {names}: of which of them they are is not known"
-                reasons.append(Reason("files", "red", finding, LEAVE_OUT_THE_COPY))
+                reasons.append(held_by_another(f"{what} of {names}"))
         if reasons:
             found[k] = tuple(reasons)
     return found
