@@ -130,10 +130,14 @@ def train(
         Path | None,
         typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
     ] = None,
-    mechanics: Annotated[
+    start: Annotated[
         Path | None,
-        typer.Option(help="Surrogate file whose mechanics are kept: its capacitance alone goes on learning, from the curves."),
+        typer.Option(help="Surrogate file whose networks go on learning, from the curves, instead of new ones."),
     ] = None,
+    keep_mechanics: Annotated[
+        bool,
+        typer.Option("--keep-mechanics", help="Leave the mechanics of --start as they are: its capacitance alone goes on."),
+    ] = False,
     processes: Processes = None,
     store: Annotated[
         Path | None,
@@ -176,7 +180,9 @@ def train(
         kept = store if store is not None else output.with_suffix(".sqlite")
         require_folder(kept, "Create it first")
         base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
-        mechanics_of = None if mechanics is None else _of(mechanics, family)
+        if keep_mechanics and start is None:
+            raise InputError(Fault("--keep-mechanics has no mechanics to keep", advice="Give --start FILE"))
+        begun = None if start is None else _of(start, family)
         sequence = design_points(n_point, seed, of) if improve is None else worst_points(_of(improve, family), n_point, seed)
         with executor_of(processes, scheduler) as executor:
             data = _gathered(kept, executor, sequence, n_point, accuracy, of)
@@ -185,7 +191,7 @@ def train(
                 # At other points than the fine ones, so that together they say more.
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
-        fit = partial(fit_surrogate, coarse=below, mechanics_of=mechanics_of)
+        fit = partial(fit_surrogate, coarse=below, start=begun, keep_mechanics=keep_mechanics)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):
                 fitted = trained(fit, data, base, of.recipe.steps if steps is None else steps, seed)

@@ -17,7 +17,7 @@ from models.sensor import Design, FloatArray
 from models.threads import one_thread
 
 #: Version of the numbers: to be raised with every change of mesh, elements, contact or path that changes a result.
-_NUMERICS = 3
+_NUMERICS = 4
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,8 @@ def fit_surrogate(
     data: TrainingSet,
     *,
     base: Surrogate | None = None,
-    mechanics_of: Surrogate | None = None,
+    start: Surrogate | None = None,
+    keep_mechanics: bool = False,
     coarse: TrainingSet | None = None,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
@@ -93,13 +94,15 @@ def fit_surrogate(
     ----------
     data : the paths.
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
-    mechanics_of : surrogate of the same family whose mechanics, with their error and the ends of its paths, are kept: the
-        capacitance alone is learnt, going on from its network. None to learn both from the beginning.
+    start : surrogate of the same family whose networks go on learning, and whose ends of paths are kept. None to learn all from
+        the beginning.
+    keep_mechanics : whether the mechanics of `start`, with their error, stay as they are: the capacitance alone goes on.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
     steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and, of
-        `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second half.
+        `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second half, and networks that
+        go on have that half alone.
     seed : of the paths kept out and of the networks' start.
     progress : called with the name of the network, the steps done and their number.
 
@@ -114,6 +117,7 @@ def fit_surrogate(
         other sizes.
     """
     hidden = hidden if hidden is not None else data.family.recipe.hidden
+    kept = start if keep_mechanics else None
     data = data.only(data.n_step >= _LEAST_STEPS)
     n_fine = len(data.groups)
     if n_fine < LEAST_PATHS:
@@ -138,8 +142,8 @@ def fit_surrogate(
     features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
     rows_of = np.arange(len(groups)) // _N_ELECTRIC
     log_end, certain = _ends(data)
-    if mechanics_of is not None:
-        end = mechanics_of.end
+    if start is not None:
+        end = start.end
     else:
         end = train_network(
             features[fitted],
@@ -192,12 +196,12 @@ def fit_surrogate(
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
-    def averaged(name: str, train: Callable[..., Network], start: Network | None = None) -> Network:
+    def averaged(name: str, train: Callable[..., Network], begun: Network | None) -> Network:
         names = [name if members == 1 else f"{name}, network {k} of {members}" for k in range(1, members + 1)]
-        starts = [None] * members if start is None else start.singles
+        starts = [None] * members if begun is None else begun.singles
         if len(starts) != members:
             raise ValueError(f"{name} is to go on from the mean of {len(starts)} networks; it must be of {members}")
-        return mean_network([train(counting(each), begun) for each, begun in zip(names, starts, strict=True)])
+        return mean_network([train(counting(each), one) for each, one in zip(names, starts, strict=True)])
 
     learn_mechanics = partial(
         train_curves,
@@ -222,9 +226,11 @@ def fit_surrogate(
         second,
     )
     with one_thread(), ThreadPoolExecutor(2) as pool:
-        begun = None if mechanics_of is None else mechanics_of.capacitance
-        learning = pool.submit(averaged, "capacitance", learn_capacitance, begun)
-        mechanics = averaged("mechanics", learn_mechanics) if mechanics_of is None else mechanics_of.mechanics
+        learning = pool.submit(averaged, "capacitance", learn_capacitance, None if start is None else start.capacitance)
+        if kept is None:
+            mechanics = averaged("mechanics", learn_mechanics, None if start is None else start.mechanics)
+        else:
+            mechanics = kept.mechanics
         capacitance = learning.result()
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
@@ -238,15 +244,15 @@ def fit_surrogate(
     missed_change = share_of_change[rows] * (
         electrical[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
-    if mechanics_of is None:
+    if kept is None:
         force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     else:
-        force_sd, force_modes = mechanics_of.force_sd, mechanics_of.force_modes
+        force_sd, force_modes = kept.force_sd, kept.force_modes
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
-    again = f"{' and as many' * (mechanics_of is None)} with {' and '.join(emphasis)}" if emphasis else ""
-    if mechanics_of is not None:
-        again += ", going on from those of before"
+    again = f"{' and as many' * (start is None)} with {' and '.join(emphasis)}" if emphasis else ""
+    if start is not None:
+        again += f", going on from those of {_named(start)}"
     beside = ""
     if coarse is not None:
         beside = f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
@@ -268,7 +274,7 @@ def fit_surrogate(
             "training paths": f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
             "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
-            **({} if mechanics_of is None else {"mechanics": _kept_in_words(mechanics_of)}),
+            **({} if kept is None else {"mechanics": f"kept from {_named(kept)}"}),
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),
@@ -340,9 +346,9 @@ def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:
     return logs - np.log(thickness), certain
 
 
-def _kept_in_words(kept: Surrogate) -> str:
-    training = kept.provenance.get("training hash (SHA-256)", "unknown")
-    return f"kept from a surrogate of {kept.provenance.get('date', 'an unknown date')} with training hash {training}"
+def _named(surrogate: Surrogate) -> str:
+    training = surrogate.provenance.get("training hash (SHA-256)", "unknown")
+    return f"a surrogate of {surrogate.provenance.get('date', 'an unknown date')} with training hash {training}"
 
 
 def _in_words(error: FloatArray) -> str:

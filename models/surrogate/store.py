@@ -17,7 +17,7 @@ import numpy as np
 from models.sensor import FloatArray
 
 # Raised whenever rows mean something else than before.
-_FORMAT = 4
+_FORMAT = 5
 
 _TABLES = (
     "create table if not exists settings (text text not null)",

@@ -832,7 +832,11 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 3
     # The capacitance alone is learnt anew, on the mechanics of the first.
-    result = _run("surrogate", "train", "-o", lab / "kept.npz", "--points", 68, "--mechanics", lab / "one.npz", *quick)
+    more = ("--points", 68, "--keep-mechanics", *quick)
+    result = _run("surrogate", "train", "-o", lab / "kept.npz", *more)
+    assert result.exit_code == 2
+    assert "--keep-mechanics has no mechanics to keep. Give --start FILE" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "kept.npz", "--start", lab / "one.npz", *more)
     assert result.exit_code == 0, result.output
     assert "kept from a surrogate of" in _run("surrogate", "info", "--surrogate", lab / "kept.npz").stdout
     design, depth = design_from(PAPER_SENSOR), np.array([0.2e-3, 0.5e-3])

@@ -6,7 +6,7 @@ import sys
 import textwrap
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -268,19 +268,24 @@ def exact() -> Surrogate:
     return fit_small(synthetic_training(600, 0.0))
 
 
-def test_a_capacitance_goes_on_from_the_network_there_is(exact: Surrogate) -> None:
-    # After one step, at a rate of nothing, it is the one that it went on from; the mechanics stay whatever the steps.
+def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
+    # After one step, at a rate of nothing, they are the ones that they went on from; mechanics that are kept stay for good.
     data, design = synthetic_training(600, 0.0), design_from(PAPER | {"padding_young_modulus": 0.9e6})
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
-    hidden = ((24, 24), (24, 24))
-    same, further = (fit_surrogate(data, mechanics_of=exact, hidden=hidden, steps=n).respond(design, depth) for n in (1, 50))
     begun = exact.respond(design, depth)
-    np.testing.assert_allclose(same.capacitance_change, begun.capacitance_change, rtol=1e-4)
-    assert np.all(further.capacitance_change != same.capacitance_change)
-    for found in (same, further):
+    small = partial(fit_surrogate, data, start=exact, hidden=((24, 24), (24, 24)))
+    kept = [small(steps=n, keep_mechanics=True).respond(design, depth) for n in (1, 50)]
+    gone_on = [small(steps=n).respond(design, depth) for n in (1, 50)]
+    for same in (kept[0], gone_on[0]):
+        np.testing.assert_allclose(same.capacitance_change, begun.capacitance_change, rtol=1e-4)
+        np.testing.assert_allclose(same.force, begun.force, rtol=1e-4)
+    for further in (kept[1], gone_on[1]):
+        assert np.all(further.capacitance_change != same.capacitance_change)
+    for found in kept:
         np.testing.assert_array_equal(found.force, begun.force)
+    assert np.all(gone_on[1].force != begun.force)
     with pytest.raises(ValueError, match="the network to go on from has layers of"):
-        fit_surrogate(data, mechanics_of=exact, hidden=((24, 24), (24, 16)), steps=1)
+        fit_surrogate(data, start=exact, hidden=((24, 24), (24, 16)), steps=1)
 
 
 def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, noisy: Surrogate) -> None:
