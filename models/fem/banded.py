@@ -1,6 +1,14 @@
 """From stiffness of elements and of contact edges to a factorised banded matrix: Cholesky, or LU where that does not do.
 
-With unknowns numbered column by column from the axis, the tangent is banded with a width of two columns of nodes.
+With unknowns numbered column by column from the rim to the axis, the tangent is banded with a width of two columns of nodes,
+and friction at the indenter, which makes it unsymmetric, is in its last columns alone. With the unknowns 1 outside of the
+contact and 2 beneath it,
+
+    A = [A_11  A_21^T]     A_11 = L L^T,     X = A_21 L^-T,     S = A_22 - X X^T,                                      (1)
+        [A_21  A_22  ]
+
+takes a Cholesky factorisation of A_11 and LU, four times as dear, of S alone. X has nothing beyond a bandwidth from the rim of
+the contact.
 """
 
 from __future__ import annotations
@@ -9,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import LinAlgError, lapack
+from scipy.linalg import LinAlgError, lapack, solve_triangular
 
 from models.sensor import BoolArray, FloatArray, IntArray
 
@@ -51,7 +59,10 @@ class Band:
 
     def unknowns(self, values: FloatArray) -> FloatArray:
         """Those of the values (n_dof,) that belong to unknowns, (n,)."""
-        return values[self.number >= 0]
+        out = np.empty(self.n)
+        kept = self.number >= 0
+        out[self.number[kept]] = values[kept]
+        return out
 
     def gather(self, elements: FloatArray, edges: FloatArray) -> FloatArray:
         """Sum the forces of elements and of contact edges at the unknowns.
@@ -72,14 +83,14 @@ class Band:
         return np.asarray(self.elements @ elements.ravel()).reshape(self.n, self.width + 1).T
 
     def factorise(self, elements: FloatArray, edges: FloatArray, *, symmetric: bool, beside: Entries | None = None) -> Factor:
-        """Assemble the tangent and factorise it: Cholesky if it is symmetric and positive definite, else LU.
+        """Assemble the tangent and factorise it: Cholesky where it is symmetric and positive definite, else LU.
 
         Parameters
         ----------
         elements : (n_element, 16, 16), stiffness of the elements.
         edges : (n_edge, 6, 6), stiffness of the contact edges.
-        symmetric : whether Cholesky is worth trying; with friction the tangent is not symmetric.
-        beside : more of the stiffness; only of one that is not symmetric.
+        symmetric : whether that of the edges is; with friction it is not.
+        beside : more of the stiffness, anywhere, that is not symmetric.
 
         Returns
         -------
@@ -92,47 +103,115 @@ class Band:
         """
         number = self.number[self.edge_dofs]
         i, j = np.broadcast_arrays(number[:, :, None], number[:, None, :])
-        kept = (i >= 0) & (j >= 0)
+        kept = (i >= 0) & (j >= 0) & (edges != 0)
         i, j, value = i[kept], j[kept], edges[kept]
         if symmetric:
-            below, banded = i >= j, self._lower(elements)
-            np.add.at(banded, ((i - j)[below], j[below]), value[below])
-            factor, info = lapack.dpbtrf(banded, lower=1, overwrite_ab=1)
+            below, whole = i >= j, self._lower(elements)
+            np.add.at(whole, ((i - j)[below], j[below]), value[below])
+            factor, info = lapack.dpbtrf(whole, lower=1, overwrite_ab=1)
             if info == 0:
-                return Factor(True, self.width, factor, None)
-        # LU: rows 0 to width - 1 are room for pivoting, the diagonal is row 2 width.
-        w, n, lower = self.width, self.n, self._lower(elements)
-        full = np.zeros((3 * w + 1, n), order="F")
-        full[2 * w :] = lower
-        for k in range(1, w + 1):
-            full[2 * w - k, k:] = lower[k, : n - k]
-        np.add.at(full, (2 * w + i - j, j), value)
+                return Factor(self.width, factor, None)
+        lower = self._lower(elements)
+        more = [Entries(i, j, value)]
         if beside is not None:
             i, j = self.number[beside.rows], self.number[beside.columns]
             kept = (i >= 0) & (j >= 0)
-            np.add.at(full, (2 * w + (i - j)[kept], j[kept]), beside.values[kept])
-        factor, pivots, info = lapack.dgbtrf(full, w, w, overwrite_ab=1)
-        if info != 0 or not np.all(np.isfinite(factor[2 * w])):
-            raise LinAlgError("singular tangent")
-        return Factor(False, w, factor, pivots)
+            more.append(Entries(i[kept], j[kept], beside.values[kept]))
+        start = 0 if beside is not None else self._before(more[0])
+        outside = coupling = None
+        if start:
+            factor, info = lapack.dpbtrf(lower[:, :start], lower=1)
+            if info == 0:
+                outside = factor
+                coupling = _coupling(lower, factor, start, self.width)
+            else:
+                start = 0
+        inside, pivots = _lu(lower, self.width, start, coupling, more)
+        return Factor(self.width, outside, Inside(inside, pivots, coupling))
+
+    def _before(self, contact: Entries) -> int:
+        """Number of unknowns before all of the contact's, 0 unless a bandwidth of them stand on either side."""
+        start = int(np.min(contact.rows, initial=self.n))
+        return start if self.width <= start <= self.n - self.width else 0
+
+
+def _coupling(lower: FloatArray, outside: FloatArray, start: int, width: int) -> FloatArray:
+    """X of Eq. (1), (width, width): of the first unknowns from `start` on and the last before it."""
+    row, column = np.tril_indices(width)
+    last, across = np.zeros((width, width)), np.zeros((width, width))
+    last[row, column] = outside[row - column, start - width + column]
+    # Unknown start + r is coupled with start - width + c where these are no more than the width apart.
+    across[column, row] = lower[width + column - row, start - width + row]
+    return np.asarray(solve_triangular(last, across.T, lower=True, check_finite=False).T)
+
+
+def _lu(lower: FloatArray, w: int, start: int, coupling: FloatArray | None, more: list[Entries]) -> tuple[FloatArray, IntArray]:
+    """LU factors, and their pivots, of the columns of the band from `start` on, less the coupling's square and with `more`."""
+    own = lower[:, start:]
+    n = own.shape[1]
+    # Rows 0 to w - 1 are room for pivoting, the diagonal is row 2 w.
+    full = np.zeros((3 * w + 1, n), order="F")
+    full[2 * w :] = own
+    for k in range(1, w + 1):
+        full[2 * w - k, k:] = own[k, : n - k]
+    if coupling is not None:
+        row, column = np.indices((w, w))
+        full[2 * w + row - column, column] -= coupling @ coupling.T
+    for entries in more:
+        np.add.at(full, (2 * w + entries.rows - entries.columns, entries.columns - start), entries.values)
+    factor, pivots, info = lapack.dgbtrf(full, w, w, overwrite_ab=1)
+    if info != 0 or not np.all(np.isfinite(factor[2 * w])):
+        raise LinAlgError("singular tangent")
+    return factor, pivots
+
+
+@dataclass(frozen=True, eq=False)
+class Inside:
+    """LU factors of S of Eq. (1), their pivots, and X; no X where nothing stands outside."""
+
+    factor: FloatArray
+    pivots: IntArray
+    coupling: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A factorised tangent; `pivots` is None for Cholesky, which is what `positive_definite` says."""
+    """A factorised tangent.
 
-    positive_definite: bool
+    Attributes
+    ----------
+    width : half bandwidth.
+    outside : Cholesky factor of the first unknowns, or None of none.
+    inside : of the others; None if there are none, and the tangent is symmetric and positive definite.
+    """
+
     width: int
-    factor: FloatArray
-    pivots: IntArray | None
+    outside: FloatArray | None
+    inside: Inside | None
+
+    @property
+    def positive_definite(self) -> bool:
+        """Whether the tangent was found symmetric and positive definite."""
+        return self.inside is None
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Solution for right-hand sides (n,) or (n, m)."""
-        if self.pivots is None:
-            x, _ = lapack.dpbtrs(self.factor, right, lower=1)
-        else:
-            x, _ = lapack.dgbtrs(self.factor, self.width, self.width, right, self.pivots)
-        return np.asarray(x)
+        if self.inside is None:
+            x, _ = lapack.dpbtrs(self.outside, right, lower=1)
+            return np.asarray(x)
+        w, own = self.width, self.inside
+        if self.outside is None:
+            x, _ = lapack.dgbtrs(own.factor, w, w, right, own.pivots)
+            return np.asarray(x)
+        start = self.outside.shape[1]
+        assert own.coupling is not None
+        first, _ = lapack.dtbtrs(self.outside, right[:start], uplo="L")
+        second = np.array(right[start:])
+        second[:w] -= own.coupling @ first[-w:]
+        second, _ = lapack.dgbtrs(own.factor, w, w, second, own.pivots)
+        first[-w:] -= own.coupling.T @ second[:w]
+        first, _ = lapack.dtbtrs(self.outside, first, uplo="L", trans="T")
+        return np.concatenate([first, second])
 
 
 def make_band(held: BoolArray, border_dofs: IntArray, edge_dofs: IntArray) -> Band:
@@ -149,7 +228,7 @@ def make_band(held: BoolArray, border_dofs: IntArray, edge_dofs: IntArray) -> Ba
     Where everything goes.
     """
     n = int(np.sum(~held))
-    number = np.where(held, -1, np.cumsum(~held) - 1)
+    number = np.where(held, -1, n - np.cumsum(~held))
     rows = number[border_dofs]
     width = int(np.max(np.max(rows, axis=1) - np.min(np.where(rows < 0, n, rows), axis=1)))
     i, j = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])

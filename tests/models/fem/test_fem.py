@@ -145,6 +145,19 @@ def test_thin_dielectrics_of_a_thin_sensor_are_as_exact_as_all_else(h_s: float, 
     np.testing.assert_allclose(thinning[0], thinning[1], rtol=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("h_s", "h_p", "a", "modulus"), [(1.52, 0.43, 17.4, 0.55), (0.38, 1.09, 1.54, 18.7), (1.06, 0.08, 4.0, 0.08)]
+)
+def test_a_grid_for_a_deep_press_knows_the_force_of_thick_layers_near_first_touch(
+    h_s: float, h_p: float, a: float, modulus: float
+) -> None:
+    # With a first row three times as high as the contact was wide, the force was 1.2 to 1.5 % too large.
+    stack, depth = stack_of(h_s, h_p, a, modulus), np.array([0.005])
+    (deep,), (shallow,) = (equilibria(make_model(stack, most, 1e-3), depth) for most in (0.5, 0.005))
+    np.testing.assert_allclose(deep.force, shallow.force, rtol=4e-3)
+    np.testing.assert_allclose(deep.contact_radius, shallow.contact_radius, rtol=0.1)
+
+
 def test_the_check_on_a_finer_mesh_knows_the_error_of_the_mesh_and_of_the_energy() -> None:
     design, depth = design_from(PAPER_SENSOR), np.linspace(0.05e-3, 0.6e-3, 12)
     coarse = FiniteElements(1e-2)

@@ -101,7 +101,7 @@ def test_a_store_of_an_older_layout_is_refused_in_a_sentence(tmp_path: Path) -> 
         connection.execute("create table settings (text text not null)")
         connection.execute("create table runs (point blob primary key, arrays blob not null, failure text not null)")
         connection.execute("""insert into settings values ('{"format": 2, "accuracy": 0.001, "path": [0.1, 1.0]}')""")
-    with pytest.raises(StoreError, match="format is 2 there and 4 here"), open_store(path, SETTINGS):
+    with pytest.raises(StoreError, match="format is 2 there and 5 here"), open_store(path, SETTINGS):
         pass
 
 
