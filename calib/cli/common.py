@@ -36,6 +36,7 @@ NOT_USABLE = 3
 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Exit code 3 if the verdict is amber, too.")]
+Accuracy = Annotated[float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")]
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 
 

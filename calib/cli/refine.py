@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import (
+    Accuracy,
     Processes,
     RunFolder,
     counting,
@@ -42,9 +43,7 @@ def refine(
         typer.Option("-o", "--output", metavar="NEW.npz", help="Surrogate file to write, trained on all curves of the store."),
     ] = None,
     steps: Annotated[int | None, typer.Option(min=1, help=f"Steps of that training [default: {STEPS}].")] = None,
-    accuracy: Annotated[
-        float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
-    ] = 1e-3,
+    accuracy: Accuracy = 1e-3,
     processes: Processes = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws, and of the training.")] = 1,
 ) -> None:
