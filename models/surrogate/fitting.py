@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
@@ -118,14 +119,7 @@ def fit_surrogate(
     """
     hidden = hidden if hidden is not None else data.family.recipe.hidden
     kept = start if keep_mechanics else None
-    data = data.only(data.n_step >= _LEAST_STEPS)
-    n_fine = len(data.groups)
-    if n_fine < LEAST_PATHS:
-        raise ValueError(f"{n_fine} training paths are too few; give at least {LEAST_PATHS}")
-    if falling := int(np.sum(_falls(data))):
-        raise ValueError(f"the capacitance falls along {falling} of {n_fine} training paths; only one that rises can be fitted")
-    if coarse is not None:
-        data = data.joined(coarse.only((coarse.n_step >= _LEAST_STEPS) & ~_falls(coarse)))
+    data, n_fine = _of_use(data, coarse)
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
@@ -136,15 +130,13 @@ def fit_surrogate(
         return None if progress is None else lambda done, total: progress(name, done, total)
 
     # Runs first, then every electrode of every run.
-    groups, change, closed = _electric_curves(data)
+    groups = _electric_groups(data)
+    rows_of = np.arange(len(groups)) // _N_ELECTRIC
     plain = electric_features(groups)
     electric = with_own(plain, groups, data.family)
     features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
-    rows_of = np.arange(len(groups)) // _N_ELECTRIC
-    log_end, certain = _ends(data)
-    if start is not None:
-        end = start.end
-    else:
+    if start is None:
+        log_end, certain = _ends(data)
         end = train_network(
             features[fitted],
             least_squares(log_end[fitted, None], np.where(certain, 1.0, 0.1)[fitted]),
@@ -154,41 +146,14 @@ def fit_surrogate(
             batch=512,
             progress=counting("end of the paths"),
         )
+    else:
+        end = start.end
     thinned = (data.groups[:, SENSOR] + data.groups[:, PADDING]) * np.exp(end(features)[:, 0])
-    limit, reach = np.full(n_run, DEPTH), smooth_end(thinned)
-    if base is not None:
-        limit, reach = base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])
-    s = np.sqrt(data.depth / reach[:, None])
-    s[s > S_END * (1 + 1e-9)] = np.nan
-    if base is not None:  # beyond its range its polynomials are wild, and so would be what is to be added to them
-        s[data.depth > limit[:, None] * (1 + 1e-9)] = np.nan
-
-    def fade(points: FloatArray) -> FloatArray:
-        return fade_of_family(data.groups, points**2 * reach[:, None], data.family)
-
-    faded = fade(s)
-    # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
+    follow = _to_follow(data, groups, plain, thinned, base)
     share = share_of_family(data.groups, data.family)
-    mechanical = np.stack(
-        [
-            np.log(data.force / closed_force(data.groups, data.depth, data.family.base)),
-            np.log(data.contact_radius / np.sqrt(data.depth)),
-        ],
-        axis=1,
-    )
-    log_below = np.log(closed)
-    if base is not None:
-        for factor, coefficients in zip((np.ones_like(s), faded), base.coefficients(groups, plain), strict=True):
-            if coefficients is None:
-                continue
-            below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
-            mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
-            log_below = log_below + factor[rows_of] * curve(below[:, 2], s[rows_of], 0)
-    electrical, share_of_change, weight_of_change = _to_learn(change, log_below, data.family)
     # The first steps of coarse paths are mostly noise.
-    trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
-    weight = np.array([[1.0], [0.3]]) * trusted[:, None]
-    weight_of_change = (weight_of_change * trusted[rows_of])[:, None]
+    trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (follow.s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
+    weight_of_change = (follow.weight_of_change * trusted[rows_of])[:, None]
     # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
     second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
     if coarse is not None:
@@ -203,21 +168,10 @@ def fit_surrogate(
             raise ValueError(f"{name} is to go on from the mean of {len(starts)} networks; it must be of {members}")
         return mean_network([train(counting(each), one) for each, one in zip(names, starts, strict=True)])
 
-    learn_mechanics = partial(
-        train_curves,
-        features,
-        curves_along(s, mechanical, weight, 1, fade),
-        fitted,
-        share,
-        second_half,
-        hidden[0],
-        steps,
-        first,
-    )
     learn_capacitance = partial(
         train_curves,
         electric,
-        curves_along(s, electrical[:, None], weight_of_change, 0, fade),
+        curves_along(follow.s, follow.electrical[:, None], weight_of_change, 0, follow.fade),
         fitted[rows_of],
         share[rows_of],
         None if second_half is None else second_half[rows_of],
@@ -228,7 +182,10 @@ def fit_surrogate(
     with one_thread(), ThreadPoolExecutor(2) as pool:
         learning = pool.submit(averaged, "capacitance", learn_capacitance, None if start is None else start.capacitance)
         if kept is None:
-            mechanics = averaged("mechanics", learn_mechanics, None if start is None else start.mechanics)
+            weight = np.array([[1.0], [0.3]]) * trusted[:, None]  # the contact radius steps from node to node and counts less
+            along = curves_along(follow.s, follow.mechanical, weight, 1, follow.fade)
+            learn = partial(train_curves, features, along, fitted, share, second_half, hidden[0], steps, first)
+            mechanics = averaged("mechanics", learn, None if start is None else start.mechanics)
         else:
             mechanics = kept.mechanics
         capacitance = learning.result()
@@ -236,13 +193,13 @@ def fit_surrogate(
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
     out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
     rows = (out[:, None] * _N_ELECTRIC + np.arange(_N_ELECTRIC)).ravel()
-    s_out = np.where(data.depth <= np.minimum(limit, thinned)[:, None], s, np.nan)[out]
-    s_rows = np.repeat(s_out, _N_ELECTRIC, axis=0)
+    s_out = np.where(data.depth <= np.minimum(follow.limit, thinned)[:, None], follow.s, np.nan)[out]
+    s_rows, faded = np.repeat(s_out, _N_ELECTRIC, axis=0), follow.fade(follow.s)[out]
     force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
     change = share[rows_of[rows], None] * capacitance(electric[rows])
-    missed_force = mechanical[out, 0] - faded[out] * curve(force, s_out, 1)
-    missed_change = share_of_change[rows] * (
-        electrical[rows] - np.repeat(faded[out], _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
+    missed_force = follow.mechanical[out, 0] - faded * curve(force, s_out, 1)
+    missed_change = follow.share_of_change[rows] * (
+        follow.electrical[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
     if kept is None:
         force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
@@ -253,13 +210,21 @@ def fit_surrogate(
     again = f"{' and as many' * (start is None)} with {' and '.join(emphasis)}" if emphasis else ""
     if start is not None:
         again += f", going on from those of {_named(start)}"
-    beside = ""
-    if coarse is not None:
-        beside = f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
-        if falling := int(np.sum(_falls(coarse))):
-            beside += f" (without {falling} along which the capacitance falls)"
     means = f"means of {members} networks of " if members > 1 else ""
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
+    provenance = {
+        "model": data.family.words,
+        "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
+        "training paths": _paths_in_words(data, n_fine, coarse),
+        "training hash (SHA-256)": data.digest,
+        "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
+        **({} if kept is None else {"mechanics": f"kept from {_named(kept)}"}),
+        "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
+        "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
+        "numpy": version("numpy"),
+        "scipy": version("scipy"),
+        "date": datetime.now(UTC).date().isoformat(),
+    }
     return Surrogate(
         end,
         mechanics,
@@ -268,22 +233,81 @@ def fit_surrogate(
         capacitance_sd,
         force_modes,
         capacitance_modes,
-        {
-            "model": data.family.words,
-            "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
-            "training paths": f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
-            "training hash (SHA-256)": data.digest,
-            "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
-            **({} if kept is None else {"mechanics": f"kept from {_named(kept)}"}),
-            "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
-            "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
-            "numpy": version("numpy"),
-            "scipy": version("scipy"),
-            "date": datetime.now(UTC).date().isoformat(),
-        },
+        provenance,
         data.family,
         base,
     )
+
+
+def _of_use(data: TrainingSet, coarse: TrainingSet | None) -> tuple[TrainingSet, int]:
+    """Paths that can be fitted, fine ones first, and the number of these; an error if too few, or if the capacitance falls."""
+    data = data.only(data.n_step >= _LEAST_STEPS)
+    n_fine = len(data.groups)
+    if n_fine < LEAST_PATHS:
+        raise ValueError(f"{n_fine} training paths are too few; give at least {LEAST_PATHS}")
+    if falling := int(np.sum(_falls(data))):
+        raise ValueError(f"the capacitance falls along {falling} of {n_fine} training paths; only one that rises can be fitted")
+    if coarse is not None:
+        data = data.joined(coarse.only((coarse.n_step >= _LEAST_STEPS) & ~_falls(coarse)))
+    return data, n_fine
+
+
+@dataclass(frozen=True, eq=False)
+class _Follow:
+    """Curves that the polynomials are to follow, of n_run runs and of n electrodes of all of them.
+
+    Attributes
+    ----------
+    s : (n_run, n_depth), places along the paths; nan beyond their end, or beyond that of the surrogate below.
+    limit : (n_run,), depth to which the surrogate below goes.
+    fade : from places (n_run, n_point) to what the polynomials are multiplied with there.
+    mechanical : (n_run, 2, n_depth), of force and contact radius.
+    electrical : (n, n_depth), of the change of capacitance.
+    share_of_change, weight_of_change : (n, n_depth), see `_to_learn`.
+    """
+
+    s: FloatArray
+    limit: FloatArray
+    fade: Callable[[FloatArray], FloatArray]
+    mechanical: FloatArray
+    electrical: FloatArray
+    share_of_change: FloatArray
+    weight_of_change: FloatArray
+
+
+def _to_follow(
+    data: TrainingSet, groups: FloatArray, plain: FloatArray, thinned: FloatArray, base: Surrogate | None
+) -> _Follow:
+    """Curves beyond closed forms and base, for `groups` of all electrodes, their `plain` features and ends (n_run,)."""
+    reach, limit = smooth_end(thinned), np.full(len(data.groups), DEPTH)
+    if base is not None:
+        limit, reach = base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])
+    s = np.sqrt(data.depth / reach[:, None])
+    s[s > S_END * (1 + 1e-9)] = np.nan
+    if base is not None:  # beyond its range its polynomials are wild, and so would be what is to be added to them
+        s[data.depth > limit[:, None] * (1 + 1e-9)] = np.nan
+
+    def fade(points: FloatArray) -> FloatArray:
+        return fade_of_family(data.groups, points**2 * reach[:, None], data.family)
+
+    mechanical = np.stack(
+        [
+            np.log(data.force / closed_force(data.groups, data.depth, data.family.base)),
+            np.log(data.contact_radius / np.sqrt(data.depth)),
+        ],
+        axis=1,
+    )
+    change, closed = _electric_curves(data, groups)
+    log_below = np.log(closed)
+    if base is not None:
+        for factor, coefficients in zip((np.ones_like(s), fade(s)), base.coefficients(groups, plain), strict=True):
+            if coefficients is None:
+                continue
+            below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
+            mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
+            each, along = (np.repeat(x, _N_ELECTRIC, axis=0) for x in (factor, s))
+            log_below = log_below + each * curve(below[:, 2], along, 0)
+    return _Follow(s, limit, fade, mechanical, *_to_learn(change, log_below, data.family))
 
 
 def _falls(data: TrainingSet) -> BoolArray:
@@ -302,16 +326,18 @@ def _emphasis(groups: FloatArray) -> FloatArray:
     return np.asarray(1 + _USUAL_WEIGHT * np.exp(-np.sum(away**2, axis=1) / 2))
 
 
-def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Every t_d/h_s and a_e/a of every run: groups (n, 7), C/C0 - 1 and its closed form, (n, n_depth)."""
+def _electric_groups(data: TrainingSet) -> FloatArray:
+    """Every t_d/h_s and a_e/a of every run: groups (n, 7)."""
     gap, width = (x.ravel() for x in np.meshgrid(DIELECTRIC_POINTS, ELECTRODE_POINTS, indexing="ij"))
-    n_run = len(data.groups)
-    own = np.tile(np.stack([gap, width], axis=1), (n_run, 1))
-    groups = np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
-    depth = np.repeat(data.depth, _N_ELECTRIC, axis=0)
-    change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
-    support = data.family.base
-    return groups, change, closed_change(groups, depth, closed_force(groups, depth, support), support)
+    own = np.tile(np.stack([gap, width], axis=1), (len(data.groups), 1))
+    return np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
+
+
+def _electric_curves(data: TrainingSet, groups: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """C/C0 - 1 and its closed form at all of these, (n, n_depth)."""
+    depth, support = np.repeat(data.depth, _N_ELECTRIC, axis=0), data.family.base
+    change = np.moveaxis(data.capacitance.reshape(-1, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
+    return change, closed_change(groups, depth, closed_force(groups, depth, support), support)
 
 
 def _to_learn(change: FloatArray, log_below: FloatArray, family: Family) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -344,6 +370,15 @@ def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:
         else:
             logs[i] = x[-1] + (at - y[-1]) / max((y[-1] - y[0]) / (x[-1] - x[0]), 0.3)
     return logs - np.log(thickness), certain
+
+
+def _paths_in_words(data: TrainingSet, n_fine: int, coarse: TrainingSet | None) -> str:
+    beside = ""
+    if coarse is not None:
+        beside = f", and {len(data.groups) - n_fine} of accuracy {coarse.accuracy:g}"
+        if falling := int(np.sum(_falls(coarse))):
+            beside += f" (without {falling} along which the capacitance falls)"
+    return f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end"
 
 
 def _named(surrogate: Surrogate) -> str:
