@@ -59,16 +59,13 @@ def files_of_others(experiment: Experiment) -> tuple[OfAnother, ...]:
     if len(keys) < 2 or not all(keys.values()) or len(set(keys.values())) < len(keys):
         return ()
     entered = [(s.name, *file) for s in experiment.specimens for entry in s.sweeps for file in _files(entry)]
-    labels = {path: _labels(path) for path in {path for _, path, _ in entered}}
-    labelled = [said for said in labels.values() if said]
-    of_all = frozenset.intersection(*labelled) if labelled else frozenset[str]()
-    labels = {path: said - of_all for path, said in labels.items()}
+    labels = _that_differ({path: _labels(path) for _, path, _ in entered})
     with_label: dict[str, set[str]] = {}
     for specimen, path, _ in entered:
         for label in labels[path]:
             with_label.setdefault(label, set()).add(specimen)
-    shared = [sorted(several) for several in with_label.values() if len(several) > 1]
-    one_of_two = len(with_label) > 2 and len(shared) == 1 and len(shared[0]) == 2
+    shared = [several for several in with_label.values() if len(several) > 1]
+    of_two = shared[0] if len(with_label) > 2 and len(shared) == 1 and len(shared[0]) == 2 else set[str]()
     found: dict[tuple[str, Path], OfAnother] = {}
     for specimen, path, kind in entered:
         stem = key_of(split_repeat(tokens_of(path.stem, kind))[0], stamps=False, specimen_words=False)
@@ -76,14 +73,21 @@ def files_of_others(experiment: Experiment) -> tuple[OfAnother, ...]:
         for label in sorted(labels[path]):
             said = key_of(tokens_of(label, ""), stamps=False, specimen_words=False)
             named = [name for name, own in keys.items() if own == said]
-            if not named and one_of_two and len(with_label[label]) == 2:
-                named = [name for name in with_label[label] if name != specimen]
+            if not named and with_label[label] == of_two:
+                named = [name for name in of_two if name != specimen]
             spoken_of.append((named, f'says "{label}"'))
         spoken_of.append(([name for name, own in keys.items() if _holds(stem, own)], "is named"))
         for names, words in spoken_of:
             if len(names) == 1 and names[0] != specimen:
                 found.setdefault((specimen, path), OfAnother(specimen, path.name, words, names[0]))
     return tuple(found.values())
+
+
+def _that_differ(labels: dict[Path, frozenset[str]]) -> dict[Path, frozenset[str]]:
+    """Labels without those that all labelled files have."""
+    labelled = [said for said in labels.values() if said]
+    of_all = frozenset.intersection(*labelled) if labelled else frozenset[str]()
+    return {path: said - of_all for path, said in labels.items()}
 
 
 def _files(entry: SweepFiles) -> Iterator[tuple[Path, Literal["force", "capacitance", ""]]]:
