@@ -39,6 +39,13 @@ class FamilyName(StrEnum):
     foam = "foam"
 
 
+class PartName(StrEnum):
+    """The parts of a surrogate that may be kept while the other goes on learning."""
+
+    mechanics = "mechanics"
+    capacitance = "capacitance"
+
+
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
 WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Base, law, friction or padding that it is for.")]
 
@@ -134,10 +141,9 @@ def train(
         Path | None,
         typer.Option(help="Surrogate file whose networks go on learning, from the curves, instead of new ones."),
     ] = None,
-    keep_mechanics: Annotated[
-        bool,
-        typer.Option("--keep-mechanics", help="Leave the mechanics of --start as they are: its capacitance alone goes on."),
-    ] = False,
+    keep: Annotated[
+        PartName | None, typer.Option(help="Part of --start that stays as it is, so that the other alone goes on.")
+    ] = None,
     processes: Processes = None,
     store: Annotated[
         Path | None,
@@ -180,8 +186,8 @@ def train(
         kept = store if store is not None else output.with_suffix(".sqlite")
         require_folder(kept, "Create it first")
         base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
-        if keep_mechanics and start is None:
-            raise InputError(Fault("--keep-mechanics has no mechanics to keep", advice="Give --start FILE"))
+        if keep is not None and start is None:
+            raise InputError(Fault(f"--keep {keep} has nothing to keep", advice="Give --start FILE"))
         begun = None if start is None else _of(start, family)
         sequence = design_points(n_point, seed, of) if improve is None else worst_points(_of(improve, family), n_point, seed)
         with executor_of(processes, scheduler) as executor:
@@ -191,7 +197,7 @@ def train(
                 # At other points than the fine ones, so that together they say more.
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
-        fit = partial(fit_surrogate, coarse=below, start=begun, keep_mechanics=keep_mechanics)
+        fit = partial(fit_surrogate, coarse=below, start=begun, keep=None if keep is None else keep.value)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):
                 fitted = trained(fit, data, base, of.recipe.steps if steps is None else steps, seed)

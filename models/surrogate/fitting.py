@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
+from typing import Literal
 
 import numpy as np
 
@@ -77,12 +78,16 @@ _MOST_WEIGHT = 4.0
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
 
+#: What a surrogate's networks are of.
+Part = Literal["mechanics", "capacitance"]
+
+
 def fit_surrogate(
     data: TrainingSet,
     *,
     base: Surrogate | None = None,
     start: Surrogate | None = None,
-    keep_mechanics: bool = False,
+    keep: Part | None = None,
     coarse: TrainingSet | None = None,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
@@ -97,7 +102,7 @@ def fit_surrogate(
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
     start : surrogate of the same family whose networks go on learning, and whose ends of paths are kept. None to learn all from
         the beginning.
-    keep_mechanics : whether the mechanics of `start`, with their error, stay as they are: the capacitance alone goes on.
+    keep : part of `start` that stays as it is, with its error, so that the other alone goes on.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
@@ -118,7 +123,6 @@ def fit_surrogate(
         other sizes.
     """
     hidden = hidden if hidden is not None else data.family.recipe.hidden
-    kept = start if keep_mechanics else None
     data, n_fine = _of_use(data, coarse)
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
@@ -161,13 +165,27 @@ def fit_surrogate(
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
-    def averaged(name: str, train: Callable[..., Network], begun: Network | None) -> Network:
+    def averaged(name: Part, train: Callable[..., Network], begun: Network | None) -> Network:
+        if name == keep and begun is not None:
+            return begun
         names = [name if members == 1 else f"{name}, network {k} of {members}" for k in range(1, members + 1)]
         starts = [None] * members if begun is None else begun.singles
         if len(starts) != members:
             raise ValueError(f"{name} is to go on from the mean of {len(starts)} networks; it must be of {members}")
         return mean_network([train(counting(each), one) for each, one in zip(names, starts, strict=True)])
 
+    weight = np.array([[1.0], [0.3]]) * trusted[:, None]  # the contact radius steps from node to node and counts less
+    learn_mechanics = partial(
+        train_curves,
+        features,
+        curves_along(follow.s, follow.mechanical, weight, 1, follow.fade),
+        fitted,
+        share,
+        second_half,
+        hidden[0],
+        steps,
+        first,
+    )
     learn_capacitance = partial(
         train_curves,
         electric,
@@ -181,13 +199,7 @@ def fit_surrogate(
     )
     with one_thread(), ThreadPoolExecutor(2) as pool:
         learning = pool.submit(averaged, "capacitance", learn_capacitance, None if start is None else start.capacitance)
-        if kept is None:
-            weight = np.array([[1.0], [0.3]]) * trusted[:, None]  # the contact radius steps from node to node and counts less
-            along = curves_along(follow.s, follow.mechanical, weight, 1, follow.fade)
-            learn = partial(train_curves, features, along, fitted, share, second_half, hidden[0], steps, first)
-            mechanics = averaged("mechanics", learn, None if start is None else start.mechanics)
-        else:
-            mechanics = kept.mechanics
+        mechanics = averaged("mechanics", learn_mechanics, None if start is None else start.mechanics)
         capacitance = learning.result()
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
@@ -201,11 +213,16 @@ def fit_surrogate(
     missed_change = follow.share_of_change[rows] * (
         follow.electrical[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
-    if kept is None:
-        force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
+    of_force = (features[out], s_out, missed_force)
+    of_change = (electric[rows], s_rows, missed_change)
+    if start is not None and keep == "mechanics":
+        force_sd, force_modes = start.force_sd, start.force_modes
     else:
-        force_sd, force_modes = kept.force_sd, kept.force_modes
-    capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
+        force_sd, force_modes = learn_error(*of_force, out.size, max(steps // 8, 1), rng)
+    if start is not None and keep == "capacitance":
+        capacitance_sd, capacitance_modes = start.capacitance_sd, start.capacitance_modes
+    else:
+        capacitance_sd, capacitance_modes = learn_error(*of_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
     again = f"{' and as many' * (start is None)} with {' and '.join(emphasis)}" if emphasis else ""
     if start is not None:
@@ -218,7 +235,7 @@ def fit_surrogate(
         "training paths": _paths_in_words(data, n_fine, coarse),
         "training hash (SHA-256)": data.digest,
         "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
-        **({} if kept is None else {"mechanics": f"kept from {_named(kept)}"}),
+        **({} if start is None or keep is None else {str(keep): f"kept from {_named(start)}"}),
         "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
         "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
         "numpy": version("numpy"),

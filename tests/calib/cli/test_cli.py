@@ -832,10 +832,10 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 3
     # The capacitance alone is learnt anew, on the mechanics of the first.
-    more = ("--points", 68, "--keep-mechanics", *quick)
+    more = ("--points", 68, "--keep", "mechanics", *quick)
     result = _run("surrogate", "train", "-o", lab / "kept.npz", *more)
     assert result.exit_code == 2
-    assert "--keep-mechanics has no mechanics to keep. Give --start FILE" in _said(result)
+    assert "--keep mechanics has nothing to keep. Give --start FILE" in _said(result)
     result = _run("surrogate", "train", "-o", lab / "kept.npz", "--start", lab / "one.npz", *more)
     assert result.exit_code == 0, result.output
     assert "kept from a surrogate of" in _run("surrogate", "info", "--surrogate", lab / "kept.npz").stdout

@@ -274,7 +274,8 @@ def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     begun = exact.respond(design, depth)
     small = partial(fit_surrogate, data, start=exact, hidden=((24, 24), (24, 24)))
-    kept = [small(steps=n, keep_mechanics=True).respond(design, depth) for n in (1, 50)]
+    kept = [small(steps=n, keep="mechanics").respond(design, depth) for n in (1, 50)]
+    other = small(steps=50, keep="capacitance").respond(design, depth)
     gone_on = [small(steps=n).respond(design, depth) for n in (1, 50)]
     for same in (kept[0], gone_on[0]):
         np.testing.assert_allclose(same.capacitance_change, begun.capacitance_change, rtol=1e-4)
@@ -284,6 +285,8 @@ def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
     for found in kept:
         np.testing.assert_array_equal(found.force, begun.force)
     assert np.all(gone_on[1].force != begun.force)
+    np.testing.assert_array_equal(other.capacitance_change, begun.capacitance_change)
+    np.testing.assert_array_equal(other.force, gone_on[1].force)
     with pytest.raises(ValueError, match="the network to go on from has layers of"):
         fit_surrogate(data, start=exact, hidden=((24, 24), (24, 16)), steps=1)
 
