@@ -52,8 +52,8 @@ _COARSE_FROM = 0.35
 _COARSE_BEFORE = 0.05
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
-#: second half of the training a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such sensors are narrower
-#: than the error that is good enough for all designs.
+#: second half of the training of the capacitance a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such
+#: sensors are narrower than the error that is good enough for all designs.
 _USUAL = np.array([0.15, 0.22, 2.0, 1.0])
 _USUAL_WIDTH = np.array([0.6, 0.9, 0.5, 0.6])
 _USUAL_WEIGHT = 100.0
@@ -66,7 +66,7 @@ _LEAST_STEPS = 8
 # From so many paths on, one in eight is enough to estimate the error (of fewer, one in four is kept out).
 _ENOUGH_PATHS = 2048
 
-# From so many paths on the training has a second half.
+# From so many paths on the training of the capacitance has a second half near usual grippers.
 _MANY_PATHS = 4096
 
 # A change below zero by no more than this share of `CHANGE_SCALE` is rounding.
@@ -106,9 +106,9 @@ def fit_surrogate(
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
-    steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and, of
-        `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second half, and networks that
-        go on have that half alone.
+    steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and,
+        for the capacitance of `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second
+        half, and networks that go on have that half alone.
     seed : of the paths kept out and of the networks' start.
     progress : called with the name of the network, the steps done and their number.
 
@@ -158,10 +158,12 @@ def fit_surrogate(
     # The first steps of coarse paths are mostly noise.
     trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (follow.s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
     weight_of_change = (follow.weight_of_change * trusted[rows_of])[:, None]
-    # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
-    second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
-    if coarse is not None:
-        second_half = np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT) * (1.0 if second_half is None else second_half)
+    fine_first = None if coarse is None else np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT)
+    # Few paths would be fitted too closely by more weight near usual grippers: 2,048 of Gent's law were, to 0.50 instead of
+    # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
+    usual_first = fine_first
+    if n_fine >= _MANY_PATHS:
+        usual_first = _emphasis(data.groups) * (1.0 if fine_first is None else fine_first)
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
@@ -181,7 +183,7 @@ def fit_surrogate(
         curves_along(follow.s, follow.mechanical, weight, 1, follow.fade),
         fitted,
         share,
-        second_half,
+        fine_first,
         hidden[0],
         steps,
         first,
@@ -192,7 +194,7 @@ def fit_surrogate(
         curves_along(follow.s, follow.electrical[:, None], weight_of_change, 0, follow.fade),
         fitted[rows_of],
         share[rows_of],
-        None if second_half is None else second_half[rows_of],
+        None if usual_first is None else usual_first[rows_of],
         hidden[1],
         steps,
         second,
@@ -223,8 +225,11 @@ def fit_surrogate(
         capacitance_sd, capacitance_modes = start.capacitance_sd, start.capacitance_modes
     else:
         capacitance_sd, capacitance_modes = learn_error(*of_change, out.size, max(steps // 8, 1), rng)
-    emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
-    again = f"{' and as many' * (start is None)} with {' and '.join(emphasis)}" if emphasis else ""
+    again = ""
+    if coarse is not None:
+        again += f"{' and as many' * (start is None)} with less weight of coarse paths"
+    if n_fine >= _MANY_PATHS:
+        again += f", of the capacitance {'as many again ' * (start is None)}with more weight near usual grippers"
     if start is not None:
         again += f", going on from those of {_named(start)}"
     means = f"means of {members} networks of " if members > 1 else ""

@@ -471,7 +471,7 @@ def test_coarse_paths_beside_few_fine_ones_are_better_than_these_alone(exact: Su
     fine, coarse = synthetic_training(64, 0.0, seed=1), synthetic_training(300, 2e-3, seed=2)
     alone, both = (fit_surrogate(fine, coarse=more, hidden=((24, 24), (24, 24)), steps=400) for more in (None, coarse))
     assert ", and 300 of accuracy 1" in both.info()["training paths"]
-    assert "less of coarse paths" in both.info()["networks"]
+    assert "less weight of coarse paths" in both.info()["networks"]
     designs = [d for d in random_designs(60, 4) if exact.max_depth(d) > 0]
     missed = {}
     for name, fitted in (("alone", alone), ("both", both)):
