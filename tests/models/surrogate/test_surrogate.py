@@ -270,7 +270,7 @@ def exact() -> Surrogate:
 
 def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
     # After one step, at a rate of nothing, they are the ones that they went on from; mechanics that are kept stay for good.
-    data, design = synthetic_training(600, 0.0), design_from(PAPER | {"padding_young_modulus": 0.9e6})
+    data, design = synthetic_training(128, 0.0), design_from(PAPER | {"padding_young_modulus": 0.9e6})
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     begun = exact.respond(design, depth)
     small = partial(fit_surrogate, data, start=exact, hidden=((24, 24), (24, 24)))
