@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from enum import StrEnum
 from functools import partial
@@ -20,11 +20,15 @@ from models.surrogate import FAMILIES, Family
 
 if TYPE_CHECKING:
     from models.sensor import FloatArray
+    from models.surrogate.fitting import Part
     from models.surrogate.surrogate import Surrogate
     from models.surrogate.training import TrainingSet
 
 #: Steps of a training if none are asked for, those of `models.surrogate.fitting`, which takes too long to load for a help text.
 STEPS = 120_000
+
+# Curves from which the error alone is learnt, if no number is asked for.
+_ERROR_POINTS = 1000
 
 
 class FamilyName(StrEnum):
@@ -39,11 +43,12 @@ class FamilyName(StrEnum):
     foam = "foam"
 
 
-class PartName(StrEnum):
-    """The parts of a surrogate that may be kept while the other goes on learning."""
+class Kept(StrEnum):
+    """What of a surrogate's networks may be kept while the rest is learnt anew."""
 
     mechanics = "mechanics"
     capacitance = "capacitance"
+    both = "both"
 
 
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
@@ -142,7 +147,11 @@ def train(
         typer.Option(help="Surrogate file whose networks go on learning, from the curves, instead of new ones."),
     ] = None,
     keep: Annotated[
-        PartName | None, typer.Option(help="Part of --start that stays as it is, so that the other alone goes on.")
+        Kept | None,
+        typer.Option(
+            help="Part of --start that stays as it is, so that the other alone goes on. Of both: the error that it states "
+            "is learnt anew, from curves of designs even over the range, which it has not seen."
+        ),
     ] = None,
     processes: Processes = None,
     store: Annotated[
@@ -172,13 +181,15 @@ def train(
     130 stopped from the keyboard, 143 by SIGTERM, the curves so far kept.
     """
     with refusing_bad_input():
+        import numpy as np
+
         from calib.experiment import surrogate_from
-        from models.surrogate.fitting import LEAST_PATHS, fit_surrogate
-        from models.surrogate.points import design_points, worst_points
+        from models.surrogate.fitting import LEAST_PATHS, PARTS, fit_surrogate
+        from models.surrogate.points import design_points, random_groups, worst_points
 
         of = FAMILIES[family]
-        n_point = of.recipe.points if points is None else points
-        n_coarse = of.recipe.coarse_points if coarse is None else coarse
+        usual = (_ERROR_POINTS, 0) if keep is Kept.both else (of.recipe.points, of.recipe.coarse_points)
+        n_point, n_coarse = (given if given is not None else own for given, own in zip((points, coarse), usual, strict=True))
         # Better said before an hour of finite elements than after.
         if n_point < LEAST_PATHS:
             raise InputError(Fault(f"--points {n_point} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
@@ -188,16 +199,26 @@ def train(
         base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
         if keep is not None and start is None:
             raise InputError(Fault(f"--keep {keep} has nothing to keep", advice="Give --start FILE"))
+        if keep is Kept.both and (improve is not None or coarse):
+            raise InputError(
+                Fault("--keep both goes by fine curves all over the range", advice="Leave --improve and --coarse out")
+            )
         begun = None if start is None else _of(start, family)
-        sequence = design_points(n_point, seed, of) if improve is None else worst_points(_of(improve, family), n_point, seed)
+        if keep is Kept.both:
+            sequence = random_groups(n_point, np.random.default_rng(seed), of)
+        elif improve is not None:
+            sequence = worst_points(_of(improve, family), n_point, seed)
+        else:
+            sequence = design_points(n_point, seed, of)
         with executor_of(processes, scheduler) as executor:
-            data = _gathered(kept, executor, sequence, n_point, accuracy, of)
+            data = _gathered(kept, executor, sequence, n_point, accuracy, of, these=keep is Kept.both)
             below = None
             if n_coarse:
                 # At other points than the fine ones, so that together they say more.
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
-        fit = partial(fit_surrogate, coarse=below, start=begun, keep=None if keep is None else keep.value)
+        stays: Collection[Part] = PARTS if keep is Kept.both else [part for part in PARTS if part == keep]
+        fit = partial(fit_surrogate, coarse=below, start=begun, keep=stays)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):
                 fitted = trained(fit, data, base, of.recipe.steps if steps is None else steps, seed)
@@ -209,8 +230,13 @@ def train(
         say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
 
 
-def _gathered(path: Path, executor: Executor, sequence: FloatArray, n: int, accuracy: float, family: Family) -> TrainingSet:
-    """Bring the store at `path` to `n` curves of an accuracy, at the first points of the sequence that it does not hold."""
+def _gathered(
+    path: Path, executor: Executor, sequence: FloatArray, n: int, accuracy: float, family: Family, *, these: bool = False
+) -> TrainingSet:
+    """Bring the store at `path` to `n` curves of an accuracy, at the first points of the sequence that it does not hold.
+
+    If `these`, the curves are those of the sequence and no others, whatever else the store holds.
+    """
     from models.surrogate.store import StoreError, open_store
     from models.surrogate.training import points_wanted, run_training, store_settings, training_set
 
@@ -221,9 +247,10 @@ def _gathered(path: Path, executor: Executor, sequence: FloatArray, n: int, accu
                 counting() as told,
             ):
                 err().print(f"{path}: {len(runs):,} loading curves of {n:,} are there", markup=False, soft_wrap=True)
-                wanted, counted = points_wanted(runs, sequence, n), partial(told, "loading curves")
-                run_training(wanted, executor, runs, accuracy=accuracy, family=family, progress=counted)
-            return training_set(runs, accuracy, family)
+                wanted = sequence if these else points_wanted(runs, sequence, n)
+                run_training(wanted, executor, runs, accuracy=accuracy, family=family, progress=partial(told, "loading curves"))
+            data = training_set(runs, accuracy, family)
+            return data.at(sequence) if these else data
     except StoreError as error:
         raise InputError(Fault(str(error), path, advice="Choose another --store")) from None
 

@@ -9,7 +9,7 @@ was kept out lies inside the 90 % band.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -80,6 +80,7 @@ _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
 #: What a surrogate's networks are of.
 Part = Literal["mechanics", "capacitance"]
+PARTS: tuple[Part, ...] = ("mechanics", "capacitance")
 
 
 def fit_surrogate(
@@ -87,7 +88,7 @@ def fit_surrogate(
     *,
     base: Surrogate | None = None,
     start: Surrogate | None = None,
-    keep: Part | None = None,
+    keep: Collection[Part] = (),
     coarse: TrainingSet | None = None,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
@@ -102,7 +103,8 @@ def fit_surrogate(
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
     start : surrogate of the same family whose networks go on learning, and whose ends of paths are kept. None to learn all from
         the beginning.
-    keep : part of `start` that stays as it is, with its error, so that the other alone goes on.
+    keep : parts of `start` that stay as they are. One stays with its error, so that the other alone goes on; of both the error
+        is learnt anew, from all paths, none of which their networks may have been fitted to.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
@@ -119,15 +121,18 @@ def fit_surrogate(
     Raises
     ------
     ValueError
-        If fewer than `LEAST_PATHS` paths are of use, the capacitance falls along some, or the networks that are to go on are of
-        other sizes.
+        If fewer than `LEAST_PATHS` paths are of use, the capacitance falls along some, the networks that are to go on are of
+        other sizes, or there are none to keep.
     """
+    if keep and start is None:
+        raise ValueError("no part can be kept without a surrogate to go on from")
+    learnt = [part for part in PARTS if part not in keep]
     hidden = hidden if hidden is not None else data.family.recipe.hidden
     data, n_fine = _of_use(data, coarse)
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
-    fitted = np.ones(n_run, dtype=bool)
+    fitted = np.full(n_run, bool(learnt))
     fitted[rng.permutation(n_fine)[:: 8 if n_fine >= _ENOUGH_PATHS else 4]] = False
 
     def counting(name: str) -> Callable[[int, int], None] | None:
@@ -157,7 +162,6 @@ def fit_surrogate(
     share = share_of_family(data.groups, data.family)
     # The first steps of coarse paths are mostly noise.
     trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (follow.s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
-    weight_of_change = (follow.weight_of_change * trusted[rows_of])[:, None]
     fine_first = None if coarse is None else np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT)
     # Few paths would be fitted too closely by more weight near usual grippers: 2,048 of Gent's law were, to 0.50 instead of
     # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
@@ -167,41 +171,37 @@ def fit_surrogate(
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
-    def averaged(name: Part, train: Callable[..., Network], begun: Network | None) -> Network:
-        if name == keep and begun is not None:
+    def networks(
+        name: Part,
+        inputs: FloatArray,
+        values: FloatArray,
+        weight: FloatArray,
+        power: int,
+        emphasis: FloatArray | None,
+        layers: tuple[int, ...],
+        own: np.random.Generator,
+    ) -> Network:
+        """Those of a part: as they are, gone on, or from the beginning."""
+        begun: Network | None = None if start is None else getattr(start, name)
+        if begun is not None and name in keep:
             return begun
         names = [name if members == 1 else f"{name}, network {k} of {members}" for k in range(1, members + 1)]
         starts = [None] * members if begun is None else begun.singles
         if len(starts) != members:
             raise ValueError(f"{name} is to go on from the mean of {len(starts)} networks; it must be of {members}")
-        return mean_network([train(counting(each), one) for each, one in zip(names, starts, strict=True)])
+        curves = curves_along(follow.s, values, weight, power, follow.fade)
+        of_each = partial(np.repeat, repeats=len(inputs) // n_run)
+        weights = None if emphasis is None else of_each(emphasis)
+        learn = partial(train_curves, inputs, curves, of_each(fitted), of_each(share), weights, layers, steps, own)
+        return mean_network([learn(counting(each), one) for each, one in zip(names, starts, strict=True)])
 
-    weight = np.array([[1.0], [0.3]]) * trusted[:, None]  # the contact radius steps from node to node and counts less
-    learn_mechanics = partial(
-        train_curves,
-        features,
-        curves_along(follow.s, follow.mechanical, weight, 1, follow.fade),
-        fitted,
-        share,
-        fine_first,
-        hidden[0],
-        steps,
-        first,
-    )
-    learn_capacitance = partial(
-        train_curves,
-        electric,
-        curves_along(follow.s, follow.electrical[:, None], weight_of_change, 0, follow.fade),
-        fitted[rows_of],
-        share[rows_of],
-        None if usual_first is None else usual_first[rows_of],
-        hidden[1],
-        steps,
-        second,
-    )
+    of_mechanics = np.array([[1.0], [0.3]]) * trusted[:, None]  # the contact radius steps from node to node and counts less
+    of_change = (follow.weight_of_change * trusted[rows_of])[:, None]
     with one_thread(), ThreadPoolExecutor(2) as pool:
-        learning = pool.submit(averaged, "capacitance", learn_capacitance, None if start is None else start.capacitance)
-        mechanics = averaged("mechanics", learn_mechanics, None if start is None else start.mechanics)
+        learning = pool.submit(
+            networks, "capacitance", electric, follow.electrical[:, None], of_change, 0, usual_first, hidden[1], second
+        )
+        mechanics = networks("mechanics", features, follow.mechanical, of_mechanics, 1, fine_first, hidden[0], first)
         capacitance = learning.result()
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
@@ -215,38 +215,45 @@ def fit_surrogate(
     missed_change = follow.share_of_change[rows] * (
         follow.electrical[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
-    of_force = (features[out], s_out, missed_force)
-    of_change = (electric[rows], s_rows, missed_change)
-    if start is not None and keep == "mechanics":
+
+    least = max(steps // 8, 1)
+    if start is None or not learnt or "mechanics" in learnt:
+        force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, least, rng)
+    else:
         force_sd, force_modes = start.force_sd, start.force_modes
+    if start is None or not learnt or "capacitance" in learnt:
+        capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, least, rng)
     else:
-        force_sd, force_modes = learn_error(*of_force, out.size, max(steps // 8, 1), rng)
-    if start is not None and keep == "capacitance":
         capacitance_sd, capacitance_modes = start.capacitance_sd, start.capacitance_modes
-    else:
-        capacitance_sd, capacitance_modes = learn_error(*of_change, out.size, max(steps // 8, 1), rng)
-    again = ""
-    if coarse is not None:
-        again += f"{' and as many' * (start is None)} with less weight of coarse paths"
-    if n_fine >= _MANY_PATHS:
-        again += f", of the capacitance {'as many again ' * (start is None)}with more weight near usual grippers"
-    if start is not None:
-        again += f", going on from those of {_named(start)}"
-    means = f"means of {members} networks of " if members > 1 else ""
-    sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
-    provenance = {
-        "model": data.family.words,
-        "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
-        "training paths": _paths_in_words(data, n_fine, coarse),
-        "training hash (SHA-256)": data.digest,
-        "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
-        **({} if start is None or keep is None else {str(keep): f"kept from {_named(start)}"}),
+    stated = {
         "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
         "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
         "numpy": version("numpy"),
         "scipy": version("scipy"),
         "date": datetime.now(UTC).date().isoformat(),
     }
+    if start is not None and not learnt:
+        paths = f"{_paths_in_words(data, n_fine, coarse)}, hash (SHA-256) {data.digest}"
+        provenance = {**start.provenance, "networks since": _named(start), "paths of the error": paths, **stated}
+    else:
+        again = ""
+        if coarse is not None:
+            again += f"{' and as many' * (start is None)} with less weight of coarse paths"
+        if n_fine >= _MANY_PATHS:
+            again += f", of the capacitance {'as many again ' * (start is None)}with more weight near usual grippers"
+        if start is not None:
+            again += f", going on from those of {_named(start)}"
+        means = f"means of {members} networks of " if members > 1 else ""
+        sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
+        provenance = {
+            "model": data.family.words,
+            "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
+            "training paths": _paths_in_words(data, n_fine, coarse),
+            "training hash (SHA-256)": data.digest,
+            "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
+            **({} if start is None else {part: f"kept from {_named(start)}" for part in keep}),
+            **stated,
+        }
     return Surrogate(
         end,
         mechanics,

@@ -90,6 +90,11 @@ class TrainingSet:
         arrays = {name: getattr(self, name)[chosen] for name in ("groups", *_ARRAYS)}
         return replace(self, failures=tuple(np.array(self.failures)[chosen].tolist()), **arrays)
 
+    def at(self, points: FloatArray) -> TrainingSet:
+        """The runs at `points` (n, 4 + n_own), to the last digit."""
+        wanted = {point.tobytes() for point in points}
+        return self.only(np.array([own.tobytes() in wanted for own in self.groups], dtype=bool))
+
     def joined(self, other: TrainingSet) -> TrainingSet:
         """These runs and, behind them, those of another set of the same family, whatever its accuracy."""
         arrays: dict[str, Any] = {

@@ -38,9 +38,9 @@ from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
 from models.examples import PAPER_SENSOR
 from models.response import ConvergenceError
-from models.sensor import design_from
+from models.sensor import FloatArray, design_from
 from models.surrogate import FAMILIES, fitting
-from models.surrogate.points import design_points
+from models.surrogate.points import design_points, random_groups
 from models.surrogate.store import open_store
 from models.surrogate.surrogate import load_surrogate
 from models.surrogate.training import run_point, store_settings
@@ -806,17 +806,17 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
     assert not (lab / "new.npz").exists()
 
 
-def _fill(path: Path, accuracy: float, n_point: int) -> None:
+def _fill(path: Path, accuracy: float, points: FloatArray) -> None:
     """A store of runs, in which the path of one design is told of all, which is enough to be fitted."""
     path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), accuracy)
     with open_store(path, store_settings(accuracy)) as store:
-        for point in design_points(n_point, seed=1):
+        for point in points:
             store.add(point, path_of_one.arrays)
 
 
 def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     quick = ("--steps", 60, "--accuracy", 0.1, "--processes", 1, "--store", lab / "runs.sqlite")
-    _fill(lab / "runs.sqlite", 0.1, 62)
+    _fill(lab / "runs.sqlite", 0.1, design_points(62, seed=1))
     result = _run("surrogate", "train", "-o", lab / "one.npz", "--points", 64, *quick)
     assert result.exit_code == 0, result.output
     assert "(64 curves, " in " ".join(result.stdout.split())
@@ -843,6 +843,18 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     one, kept = (load_surrogate(lab / f"{name}.npz").respond(design, depth) for name in ("one", "kept"))
     np.testing.assert_array_equal(kept.force, one.force)
     assert np.all(kept.capacitance_change != one.capacitance_change)
+    # Of both the error alone is learnt anew, from other designs than those in the store, which its networks have seen.
+    more = ("-o", lab / "stated.npz", "--start", lab / "one.npz", "--keep", "both", "--points", 64, *quick)
+    result = _run("surrogate", "train", *more, "--improve", lab / "two.npz")
+    assert result.exit_code == 2
+    assert "Leave --improve and --coarse out" in _said(result)
+    _fill(lab / "runs.sqlite", 0.1, random_groups(64, np.random.default_rng(1)))
+    result = _run("surrogate", "train", *more)
+    assert result.exit_code == 0, result.output
+    assert "(64 curves, " in " ".join(result.stdout.split())
+    stated = load_surrogate(lab / "stated.npz")
+    np.testing.assert_array_equal(stated.respond(design, depth).force, one.force)
+    assert stated.provenance["paths of the error"].startswith("64, ")
     result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", "--improve", lab / "two.npz")
     assert result.exit_code == 2
     assert "it is a surrogate of the family neo-hookean. Give one of gent" in _said(result)

@@ -25,7 +25,7 @@ from models.surrogate import FAMILIES, NEO_HOOKEAN, NotShippedError, Surrogate, 
 from models.surrogate.coordinates import closed_force, fade_of_family, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
 from models.surrogate.families import Family
-from models.surrogate.fitting import fit_surrogate
+from models.surrogate.fitting import PARTS, fit_surrogate
 from models.surrogate.gradients import gradients
 from models.surrogate.groups import GROUPS
 from models.surrogate.points import design_points, worst_points
@@ -274,8 +274,8 @@ def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     begun = exact.respond(design, depth)
     small = partial(fit_surrogate, data, start=exact, hidden=((24, 24), (24, 24)))
-    kept = [small(steps=n, keep="mechanics").respond(design, depth) for n in (1, 50)]
-    other = small(steps=50, keep="capacitance").respond(design, depth)
+    kept = [small(steps=n, keep=["mechanics"]).respond(design, depth) for n in (1, 50)]
+    other = small(steps=50, keep=["capacitance"]).respond(design, depth)
     gone_on = [small(steps=n).respond(design, depth) for n in (1, 50)]
     for same in (kept[0], gone_on[0]):
         np.testing.assert_allclose(same.capacitance_change, begun.capacitance_change, rtol=1e-4)
@@ -289,6 +289,43 @@ def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
     np.testing.assert_array_equal(other.force, gone_on[1].force)
     with pytest.raises(ValueError, match="the network to go on from has layers of"):
         fit_surrogate(data, start=exact, hidden=((24, 24), (24, 16)), steps=1)
+    with pytest.raises(ValueError, match="no part can be kept without a surrogate to go on from"):
+        fit_surrogate(data, keep=PARTS)
+
+
+def test_the_error_alone_is_learnt_from_paths_that_were_not_fitted(exact: Surrogate) -> None:
+    # Fitted to paths without noise, held against ones with 10 % of it: the answer stays, its band is as wide as those are
+    # scattered, as far as some 170 of them can tell.
+    unseen, fresh = (synthetic_training(256, 0.1, seed=seed) for seed in (3, 4))
+    stated = fit_surrogate(unseen, start=exact, keep=PARTS, steps=4000)
+    design = design_from(PAPER | {"padding_young_modulus": 0.9e6})
+    depth = exact.max_depth(design) * np.array([0.3, 0.999])
+    before, after = exact.respond(design, depth), stated.respond(design, depth)
+    for name in ("force", "capacitance", "contact_radius"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    for surrogate, least, most in ((exact, 0.0, 0.5), (stated, 0.8, 0.98)):
+        force, change = _inside_bands(surrogate, fresh)
+        assert least < force < most
+        assert least < change < most
+    assert stated.provenance["networks"] == exact.provenance["networks"]
+    assert stated.provenance["training hash (SHA-256)"] == exact.provenance["training hash (SHA-256)"]
+    assert unseen.digest in stated.provenance["paths of the error"]
+
+
+def _inside_bands(surrogate: Surrogate, data: TrainingSet) -> tuple[float, float]:
+    """Shares of the points of paths that lie inside a surrogate's 90 % bands, of force and of the change of capacitance."""
+    h_s, h_p, a, modulus = data.groups.T
+    gap, width = DIELECTRIC_POINTS[2] * h_s, ELECTRODE_POINTS[3] * a
+    designs = {"sensor_thickness": h_s, "padding_thickness": h_p, "sensor_radius": a, "padding_young_modulus": 3 * modulus}
+    designs |= {"dielectric_thickness": gap, "electrode_radius": width}
+    designs |= {name: np.full(len(a), x) for name, x in {"indenter_radius": 1.0, "young_modulus": 3.0}.items()}
+    designs |= {"relative_permittivity": np.ones(len(a))}
+    covered = covers(surrogate, design_from(designs), data.depth)
+    found = surrogate.respond(design_from({name: x[covered] for name, x in designs.items()}), data.depth[covered])
+    force_off, force_sd = found.force / data.force[covered] - 1, np.linalg.norm(found.force_error, axis=-1) / found.force
+    off = found.capacitance_change - data.capacitance[covered, :, 2, 3]
+    sd = np.linalg.norm(found.capacitance_error, axis=-1) / found.capacitance * (1 + found.capacitance_change)
+    return float(np.mean(np.abs(force_off) < 1.645 * force_sd)), float(np.mean(np.abs(off) < 1.645 * sd))
 
 
 def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, noisy: Surrogate) -> None:
