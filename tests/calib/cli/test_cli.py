@@ -844,12 +844,12 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     np.testing.assert_array_equal(kept.force, one.force)
     assert np.all(kept.capacitance_change != one.capacitance_change)
     # Of both the error alone is learnt anew, from other designs than those in the store, which its networks have seen.
-    more = ("-o", lab / "stated.npz", "--start", lab / "one.npz", "--keep", "both", "--points", 64, *quick)
-    result = _run("surrogate", "train", *more, "--improve", lab / "two.npz")
+    both = ("-o", lab / "stated.npz", "--start", lab / "one.npz", "--keep", "both", "--points", 64, *quick)
+    result = _run("surrogate", "train", *both, "--improve", lab / "two.npz")
     assert result.exit_code == 2
     assert "Leave --improve and --coarse out" in _said(result)
     _fill(lab / "runs.sqlite", 0.1, random_groups(64, np.random.default_rng(1)))
-    result = _run("surrogate", "train", *more)
+    result = _run("surrogate", "train", *both)
     assert result.exit_code == 0, result.output
     assert "(64 curves, " in " ".join(result.stdout.split())
     stated = load_surrogate(lab / "stated.npz")
