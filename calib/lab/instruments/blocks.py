@@ -14,7 +14,7 @@ import numpy as np
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.between import NUMBER_OF_PAGE, RUN, SPECIMEN, is_remark, names_another
 from calib.lab.instruments.clock_cells import is_clock, is_reading
-from calib.lab.instruments.header import DELIMITERS, SAID_BY_NUMBER, split_blanks, split_line, width_of_row
+from calib.lab.instruments.header import DELIMITERS, split_blanks, split_line, width_of_row
 from calib.lab.instruments.labtable import Reading, Unread
 from calib.lab.instruments.lines import (
     FEW_ROWS,
@@ -29,6 +29,7 @@ from calib.lab.instruments.lines import (
     says_nothing,
     short_rows,
 )
+from calib.lab.instruments.no_header import SAID_BY_NUMBER
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.odd_delimiters import parted_oddly
 from calib.lab.instruments.quotes import check_quotes

@@ -14,25 +14,16 @@ from calib.lab.instruments.brackets import no_record
 from calib.lab.instruments.circuit import OF_METER, said_circuit
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.common_words import common_words
+from calib.lab.instruments.declared import declared_decimal, declared_units
 from calib.lab.instruments.dressed import plain_names
 from calib.lab.instruments.footnotes import Footnote, footnotes
 from calib.lab.instruments.forms import of_one_form
-from calib.lab.instruments.header import (
-    DELIMITERS,
-    HEADER_WITHIN,
-    ROW_NAMES,
-    declared_decimal,
-    declared_units,
-    find_header,
-    no_header,
-    split_line,
-    unknown_header,
-    without_comment_mark,
-)
+from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, ROW_NAMES, find_header, split_line, without_comment_mark
 from calib.lab.instruments.json_lines import json_lines
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, OF_RESULTS, is_comment, is_other_header, n_named, not_read
 from calib.lab.instruments.named_values import named_values
+from calib.lab.instruments.no_header import no_header, unknown_header
 from calib.lab.instruments.numbered import listed_header
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.quotes import check_quotes

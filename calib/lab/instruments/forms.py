@@ -14,7 +14,8 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.lab.instruments.between import SPECIMEN
 from calib.lab.instruments.brackets import is_letter, no_record, usual_case
-from calib.lab.instruments.header import declared_decimal, declared_units, find_header, without_comment_mark
+from calib.lab.instruments.declared import declared_decimal, declared_units
+from calib.lab.instruments.header import find_header, without_comment_mark
 from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.lines import not_read
 from calib.lab.instruments.named_values import units_said_above

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from calib.errors import Choice, Fault, InputError, in_shell
 from calib.lab.instruments.brackets import words_in
 from calib.lab.instruments.clock_cells import is_reading
-from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, declared_units, split_line, without_comment_mark
+from calib.lab.instruments.declared import declared_units
+from calib.lab.instruments.header import DELIMITERS, HEADER_WITHIN, split_line, without_comment_mark
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import MOVING, PRESSING, QUALIFIERS, SENSORS
 from calib.lab.instruments.lines import is_comment

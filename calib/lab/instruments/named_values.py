@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.brackets import usual_case
-from calib.lab.instruments.header import UNIT_NAMES
+from calib.lab.instruments.declared import UNIT_NAMES
 from calib.lab.instruments.lines import not_read
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import Sheet

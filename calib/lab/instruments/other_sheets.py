@@ -11,7 +11,7 @@ from calib.errors import Fault
 from calib.lab.instruments.brackets import says_sense
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.contrary import unit_against
-from calib.lab.instruments.header import declared_units
+from calib.lab.instruments.declared import declared_units
 from calib.lab.instruments.labtable import LabTable
 from calib.lab.instruments.level_told import tells_of_a_level
 from calib.lab.instruments.numbers import is_numeric

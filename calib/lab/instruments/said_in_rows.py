@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.column_words import few_kinds, is_seldom
-from calib.lab.instruments.header import declared_units
+from calib.lab.instruments.declared import declared_units
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.stated import speaks_of_scale, stated_factors

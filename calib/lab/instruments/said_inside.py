@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.lab.instruments.header import UNIT_NAMES
+from calib.lab.instruments.declared import UNIT_NAMES
 from calib.lab.instruments.stated import speaks_of_scale, stated_factors
 from calib.lab.instruments.units import SI_UNIT, is_unit_of, lab_factor, looks_like_unit
 from calib.lab.instruments.vocabulary import words

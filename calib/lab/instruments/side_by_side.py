@@ -11,8 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.header import no_header, split_line
+from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.no_header import no_header
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen

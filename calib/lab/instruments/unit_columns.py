@@ -11,8 +11,8 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.brackets import LONGEST, usual_case, words_in
+from calib.lab.instruments.declared import UNIT_NAMES
 from calib.lab.instruments.going_on import values_of
-from calib.lab.instruments.header import UNIT_NAMES
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.sheet import OF_UNITS, Sheet
