@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,6 +34,11 @@ def trees() -> Iterator[tuple[Path, ast.Module]]:
         for path in sorted((ROOT / package).rglob("*.py")):
             if path.stem == "__init__" or is_public(path.stem):
                 yield path, ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def functions() -> list[Function]:
+    """All public functions and methods of the two packages."""
+    return [function for path, tree in trees() for function in functions_of(path, tree)]
 
 
 def functions_of(path: Path, tree: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[Function]:
@@ -148,16 +153,14 @@ def missing_of(function: Function, known: frozenset[str]) -> list[str]:
     return missing
 
 
-def full_names() -> frozenset[str]:
-    """Dotted names of all public functions and methods of the packages."""
+def full_names(functions: Iterable[Function]) -> frozenset[str]:
+    """Dotted names of functions."""
     return frozenset(
-        f"{'.'.join(path.relative_to(ROOT).with_suffix('').parts)}.{function.name}"
-        for path, tree in trees()
-        for function in functions_of(path, tree)
+        f"{'.'.join(function.path.relative_to(ROOT).with_suffix('').parts)}.{function.name}" for function in functions
     )
 
 
-def faults_of(functions: Iterator[Function], known: frozenset[str]) -> list[str]:
+def faults_of(functions: Iterable[Function], known: frozenset[str]) -> list[str]:
     """One line for every function whose docstring lacks something: file, line, name, and what is missing."""
     return [
         f"{function.path.relative_to(ROOT)}:{function.node.lineno}: {function.name} lacks {'; '.join(missing)}"
@@ -166,13 +169,9 @@ def faults_of(functions: Iterator[Function], known: frozenset[str]) -> list[str]
     ]
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_docstrings_name_every_argument_and_every_exception_raised_on_the_spot(package: str) -> None:
-    known = full_names()
-    functions = (
-        function for path, tree in trees() if path.is_relative_to(ROOT / package) for function in functions_of(path, tree)
-    )
-    faults = faults_of(functions, known)
+def test_docstrings_name_every_argument_and_every_exception_raised_on_the_spot() -> None:
+    found = functions()
+    faults = faults_of(found, full_names(found))
     assert not faults, "\n".join(["", *faults])
 
 
