@@ -142,6 +142,11 @@ def force_of(
         with _usable():
             made = force_tables(found, gripper, seed=seed, so="nothing is read from it")
         tables = _chosen(made, sensor)
+        if sensor is not None and gripper.padding is not None and tables[0].sensor != "design":
+            own = next(table for table in made.tables if table.sensor == "design")
+            lies = f"which lies on {tables[0].padding_thickness * 1e3:.3g} mm"
+            advice = f"Leave one of them out: on --padding lies {in_shell(own.name)}"
+            raise InputError(Fault(f'--padding "{padding}" beside --sensor "{sensor}", {lies}', advice=advice))
         if c0 is None:
             expected = "; ".join(f"{table.name}, {table.tare_in_words}" for table in tables)
             message = (

@@ -113,17 +113,15 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     aim : what the advice is for.
     """
     # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them take ten times as long.
-    largest, thickest, thinnest = (
-        max(p.force for p in presses),
-        max(p.padding for p in presses),
-        min(p.padding for p in presses),
-    )
+    thickest, thinnest = max(p.padding for p in presses), min(p.padding for p in presses)
+    largest = largest_on(presses, aim.padding)
     deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
     balls = sorted({p.ball for p in presses})
     total = aim.padding + median(p.total - p.padding for p in presses)
     found = {}
     if too_large := force_exceeded(aim.force, largest):
-        found["force"] = too_large
+        there = " on padding as thick" if largest < max(p.force for p in presses) else ""
+        found["force"] = f"{too_large}{there}"
     if aim.padding > 0 and thickest == 0:
         found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding (measured without any)"
     elif aim.padding > MARGIN * thickest:
@@ -136,6 +134,19 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
         known = " and ".join(f"{r * 1e3:g}" for r in balls)
         found["ball"] = f"{_balls_in_words(others)} (measured with {known} mm)"
     return found
+
+
+def largest_on(presses: Sequence[Measured], padding: float) -> float:
+    """The largest force [N] of the presses on padding as thick, or of all where none is.
+
+    A hard press on thin padding says nothing of how thick padding goes on beyond a gentle one.
+
+    Parameters
+    ----------
+    presses : of the data.
+    padding : [m].
+    """
+    return max(p.force for p in [p for p in presses if MARGIN * p.padding >= padding] or presses)
 
 
 def _other_balls(presses: Sequence[Measured], aim: Aim) -> list[float]:

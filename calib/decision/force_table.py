@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 N_ROW = 97
 
 
-# How far below what is expected a tare may lie [1]: a picofarad of leads less, which is 1 % of force. Above it is a load.
-_TARE_BELOW = 0.01
 # From so many times what is expected on a tare is in another unit.
 _ANOTHER_UNIT = 50.0
 
@@ -185,8 +183,8 @@ class ForceTable:
 
     @property
     def tare_limits(self) -> tuple[float, float]:
-        """Between what a tare [F] may be one of this sensor: above it is more than noise away from what is to be expected."""
-        return float(self.tare[0]) * (1 - _TARE_BELOW), float(self.tare[2]) * (1 + self.touch)
+        """Between what a tare [F] may be one of this sensor: beyond it is more than noise away from what is to be expected."""
+        return float(self.tare[0]) * (1 - self.touch), float(self.tare[2]) * (1 + self.touch)
 
     def tare_doubt(self, tare: float) -> Reason | None:
         """Why a tare cannot well be one of this sensor, if it is too far off what is to be expected.
@@ -202,12 +200,12 @@ class ForceTable:
         finding = f"{self.name}: a tare of {tare * 1e12:.6g} pF is not what is to be expected of it, {self.tare_in_words}"
         if not 1 / _ANOTHER_UNIT < tare / float(self.tare[1]) < _ANOTHER_UNIT:
             return Reason("tare", "amber", finding, "Check its unit, and that of the readings")
-        if tare < low:
-            finding += ": what is read with it may mean another force"
-            action = "Look whether it is this sensor, with leads as stated (--parasitic)"
-            return Reason("tare", "amber", finding, action)
-        load = self.read(above)
+        load = self.read(above if tare > most else float(self.tare[0]) / tare - 1)
         more = "more than " if load.status == Status.BEYOND_RANGE else ""
+        if tare < low:
+            finding += f": what is expected at rest reads as {more}{float(load.force):.2g} N with it"
+            action = "Look whether it is a tare of this sensor; if its leads are not those of the lab, state them (--parasitic)"
+            return Reason("tare", "amber", finding, action)
         finding += (
             f": it is what {more}{float(load.force):.2g} N would make of it, and all that is read with it is then too small"
         )

@@ -38,7 +38,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.conditions import open_models_of
-from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond, largest_force, measured_presses
+from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond, largest_on, measured_presses
 from calib.decision.force_table import N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import LEVEL, Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
@@ -118,7 +118,6 @@ def invert(
     models = members_or(members, posterior, forward)
     chosen = drawn(models, gripper.n_draw, rng)
     known = judge_posterior(posterior) if verdict is None else verdict
-    rated = gripper.force or float(f"{largest_force(posterior):.3g}")
     own = np.random.default_rng([seed, _NEXT])
 
     capacitive = {sweep.specimen for sweep in posterior.sweeps if "capacitance" in sweep.channels}
@@ -141,6 +140,8 @@ def invert(
     presses = measured_presses(heaviest(models).posterior)
     tables = []
     for title, sensor, those in sensors:
+        padding = _median([d.design.padding.thickness for d in those])
+        rated = gripper.force or float(f"{largest_on(presses, padding):.3g}")
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
         aim = Aim(rated, table.padding_thickness, depth, (table.indenter_radius,))

@@ -270,10 +270,31 @@ def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path)
     assert (code, "Check its unit, and that of the readings" in said, "would make of it" in said) == (0, True, False), said
     low, high = (float(x) for x in re.findall(r"sensor [12], (?:about )?([0-9.]+)", _force(runs / "good", "100 pF")[1]))
     assert abs(high / low - 1) > 0.02
-    code, said = _force(runs / "good", f"{1.002 * low} pF", "--tare", f"{low} pF")
+    code, said = _force(runs / "good", f"{1.001 * low} pF", "--tare", f"{low} pF")
     assert code == 0, said
     assert f"sensor 2: left out, a tare of {low:.6g} pF is not what is to be expected of it" in said
     assert "Green: the forces can be used." in said
+
+
+def test_a_tare_too_low_is_amber_with_what_it_makes_of_the_sensor_at_rest(runs: Path) -> None:
+    tare = float(re.findall(r"sensor 1, (?:about )?([0-9.]+)", _force(runs / "good", "100 pF")[1])[0])
+    words = ("--sensor", "sensor 1", "--strict")
+    code, said = _force(runs / "good", f"{tare} pF", "--tare", f"{0.999 * tare} pF", *words)
+    assert code == 3, said
+    (load,) = re.findall(r"what is expected at rest reads as (?:more than )?([0-9.]+) N with it", said)
+    # What was read is at rest, and a force is said of it, all of which the tare makes.
+    assert float(load) == pytest.approx(float(re.findall(r"pF: ([0-9.]+) N", said)[0]), rel=0.1)
+
+
+def test_a_padding_beside_a_sensor_that_does_not_lie_on_it_is_refused(runs: Path) -> None:
+    words = ("100 pF", "--tare", "97 pF", "--padding", "3 mm", "--sensor")
+    for name in ("sensor 1", "next specimen"):
+        code, said = _force(runs / "good", *words, name)
+        assert code == 2
+        assert f'--padding "3 mm" beside --sensor "{name}", which lies on' in said
+        assert 'on --padding lies "next specimen on 3 mm of padding"' in said
+    code, said = _force(runs / "good", *words, "next specimen on 3 mm of padding")
+    assert code == 0, said
 
 
 def test_a_tare_that_was_taken_under_a_load_is_told_from_one_at_rest_and_by_which_load(runs: Path, tmp_path: Path) -> None:

@@ -1,0 +1,35 @@
+"""What an advice goes beyond is judged by the presses together: none of them alone must make up for another."""
+
+from __future__ import annotations
+
+import pytest
+
+from calib.decision.extrapolation import Aim, Measured, exceeded
+
+HARD_ON_THIN = Measured(force=10.0, depth=0.6e-3, padding=1.1e-3, total=1.84e-3, ball=5e-3)
+GENTLE_ON_THICK = Measured(force=1.8, depth=0.7e-3, padding=5.5e-3, total=6.24e-3, ball=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("force", "padding", "beyond"),
+    [
+        (10.0, 1.1e-3, {}),
+        (1.8, 5.5e-3, {}),
+        (10.0, 5.5e-3, {"force": "5.6 times the largest measured force (1.8 N) on padding as thick"}),
+        (10.0, 3.0e-3, {"force": "5.6 times the largest measured force (1.8 N) on padding as thick"}),
+        (12.0, 1.1e-3, {"force": "1.2 times the largest measured force (10 N)"}),
+        (
+            12.0,
+            8e-3,
+            {
+                "force": "1.2 times the largest measured force (10 N)",
+                "padding": "1.5 times the thickest measured padding (5.50 mm)",
+            },
+        ),
+    ],
+)
+def test_a_hard_press_on_thin_padding_does_not_stand_for_one_on_thick(
+    force: float, padding: float, beyond: dict[str, str]
+) -> None:
+    aim = Aim(force, padding, depth=0.3e-3, balls=(5e-3,))
+    assert exceeded([HARD_ON_THIN, GENTLE_ON_THICK], aim) == beyond
