@@ -254,7 +254,8 @@ def thicknesses(text: str | None) -> tuple[float, float]:
     """
     parts = ("0 mm:9 mm" if text is None else text).split(":")
     if len(parts) != 2:
-        raise InputError(Fault(f'--padding: "{text}" is not a range', advice='Write it as "0 mm:9 mm"'))
+        advice = 'Write it as "0 mm:9 mm"; about a pad that is there a narrow one, "1.09 mm:1.11 mm"'
+        raise InputError(Fault(f'--padding: "{text}" is not a range', advice=advice))
     lower, upper = (quantity(part, "m", "--padding") for part in parts)
     return lower, upper
 

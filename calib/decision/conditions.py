@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from models.sensor import FloatArray
 
 #: A thickness is covered when at least this share of the draws stays inside the model's range.
 COVERED_SHARE = 0.95
+# Leads that take so much of the signal away, as a share of it, are told.
+_LEADS = 0.005
 # Where the range of a model ends is told to within this share.
 _TO_WITHIN = 1e-3
 
@@ -58,7 +60,24 @@ def conditions_of(
         f"electrode radius {spread}{other}",
         f"{ball}, {contact}",
         padding if not material else f"padding of {material}, of the law of the sensor's silicone",
+        *_of_leads(parts),
     )
+
+
+def _of_leads(parts: Sequence[ModelDraws]) -> Iterator[str]:
+    """That a signal is that of the sensor alone, if the leads of the lab make it noticeably smaller at the meter."""
+    name, found = "parasitic_capacitance", []
+    for part in parts:
+        posterior = part.member.posterior
+        known = posterior.diagnostics.parameters.get(name)
+        leads = posterior.fixed.get(name, 0.0) if known is None else known.median
+        found.append((leads, leads / (leads + float(np.median(part.base.rest_capacitance)))))
+    leads, share = max(found, key=lambda one: one[1])
+    if share >= _LEADS:
+        yield (
+            f"a signal of the sensor alone, C/C0 - 1: with leads of {leads * 1e12:.2g} pF, as in the lab, a meter reads "
+            f"{100 * share:.2g} % less of it"
+        )
 
 
 def _choices(e: Experiment) -> tuple[str, str, str]:

@@ -189,7 +189,8 @@ def expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> tu
     }
     sd = like.clock_offset_sd if tie == "clock" else math.nan
     sensor, padding = (float(np.asarray(layer.thickness)) for layer in (design.sensor, design.padding))
-    press = Measured(force, depth, padding, sensor + padding, like.indenter_radius)
+    electrical = "capacitance" in like.channels
+    press = Measured(force, depth, padding, sensor + padding, like.indenter_radius, electrical=electrical)
     return replace(made, channels=channels, clock_offset_sd=sd), zeros, press
 
 

@@ -26,13 +26,17 @@ _FALLEN_OFF = 0.05
 
 @dataclass(frozen=True)
 class Measured:
-    """One press of the data at the medians: true force [N], depth, padding, sensor with padding, radius of the ball [m]."""
+    """One press of the data at the medians: true force [N], depth, padding, sensor with padding, radius of the ball [m].
+
+    `electrical` says whether the capacitance was read, too.
+    """
 
     force: float
     depth: float
     padding: float
     total: float
     ball: float
+    electrical: bool = True
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ class Aim:
     depth : that the ball sinks in there [m].
     balls : [m], radii of the smallest and the largest ball that press, or of the one.
     places : decimals [mm] that the padding is shown with; as on a drawing if nothing else is said.
+    signal : whether it hangs on the change of capacitance, and not on stroke, strain and height alone.
     """
 
     force: float
@@ -92,6 +97,7 @@ class Aim:
     depth: float
     balls: tuple[float, ...]
     places: int = 2
+    signal: bool = True
 
 
 def force_exceeded(force: float, largest: float) -> str:
@@ -105,7 +111,7 @@ def force_exceeded(force: float, largest: float) -> str:
 
 
 def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
-    """In what an advice goes beyond the data: force, padding, depth or ball, each with by how much in words.
+    """In what an advice goes beyond the data: force, padding, depth, ball or capacitance, each with by how much in words.
 
     Parameters
     ----------
@@ -133,6 +139,8 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     if others := _other_balls(presses, aim):
         known = " and ".join(f"{r * 1e3:g}" for r in balls)
         found["ball"] = f"{_balls_in_words(others)} (measured with {known} mm)"
+    if aim.signal and not any(p.electrical for p in presses):
+        found["capacitance"] = "a change of capacitance (none was measured)"
     return found
 
 
@@ -196,8 +204,9 @@ def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = 
         finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
         others = _other_balls(presses, aim)
         under = f" with {_balls_in_words(others)}" if others else ""
+        meter = ", read by an LCR meter beside the tester," if "capacitance" in found else ""
         pad = f"pad of about {aim.padding * 1e3:.{aim.places}f} mm" if aim.padding > 0 else "sensor without padding"
-        action = f"Press one {pad}{under} to {aim.force:g} N and calibrate with it, to confirm"
+        action = f"Press one {pad}{under} to {aim.force:g} N{meter} and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))
 
 
@@ -255,4 +264,6 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
     depth = travel - value("machine_compliance", 0.0) * force
     # Not by way of a design: an average of models has not every unknown that the first of them has.
     sensor, padding = (value(name, math.nan) for name in ("sensor_thickness", "padding_thickness"))
-    return Measured(force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius)
+    return Measured(
+        force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius, electrical="capacitance" in sweep.channels
+    )

@@ -589,7 +589,7 @@ def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int)
     pressed = [replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius]))) for radius in radii]
     reaches = [predict_design(forward, one, np.array([s.largest_force])).reach[0] for one in pressed]
     covered = Covered(float(np.min(np.nan_to_num(reaches))))
-    aim = Aim(s.largest_force, padding, depth, radii)
+    aim = Aim(s.largest_force, padding, depth, radii, signal=s.electrical)
     for reason in beyond_the_measured(posterior, aim, covered, "the specification asks for"):
         under = "that ball" if len(radii) == 1 else "these balls"
         action = f"Press specimens up to {s.largest_force:g} N with {under}"

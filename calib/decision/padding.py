@@ -12,6 +12,7 @@ from scipy.special import ndtri
 from calib.checks import (
     BAND_LEVELS,
     Member,
+    Reason,
     Verdict,
     band,
     heaviest,
@@ -151,7 +152,7 @@ def recommend(
         conditions=conditions_of(parts, float(np.max(grid[covered])), (radius,)),
         open_models=open_models,
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
-        verdict=verdict_of([*known.reasons, *beyond, *unknown]),
+        verdict=verdict_of([*known.reasons, *beyond, *unknown, *unresolved(parts, float(grid[pick]), requirement.force)]),
         forward_name=forward.name,
         sensor="next" if sensors.of_next else "measured",
         seed=seed,
@@ -201,6 +202,22 @@ def at_loads(part: ModelDraws, thickness: Scalar, force: FloatArray) -> _AtPaddi
     )
     rise = np.maximum(slope, 0.0) * p.rest_capacitance[:, None]  # dC/dF [F/N]; nan stays nan
     return _AtPadding(change, sd, p.depth, rise / np.maximum(own.noise, 1e-30)[:, None], p.reach)
+
+
+def unresolved(parts: Sequence[ModelDraws], thickness: float, force: float) -> Iterator[Reason]:
+    """Say that a load is less than what one reading of the capacitance tells from none.
+
+    Parameters
+    ----------
+    parts : draws of each model.
+    thickness : [m], of the padding.
+    force : [N], the load.
+    """
+    sensitivity = np.concatenate([_at_padding(part, thickness, force).sensitivity for part in parts])
+    told = 1 / float(np.median(sensitivity)) if np.all(sensitivity > 0) else math.nan
+    if told > force:
+        finding = f"at {force:.4g} N no reading tells that it is pressed: one tells {told:.2g} N from nothing"
+        yield Reason("resolution", "amber", finding, "Check the unit of the load; else read with less noise")
 
 
 def _along_all(parts: Sequence[ModelDraws], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:

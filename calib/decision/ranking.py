@@ -152,7 +152,7 @@ class NextMeasurements:
     seed : of the choice of draws.
     draws_sha256 : of the draws that it follows from, see `calib.Posterior.draws_sha256`.
     deciding : on a specification; None where none is asked for.
-    beyond : in what the advice goes beyond the data: force, padding, depth, ball; none of a modulus.
+    beyond : in what the advice goes beyond the data: force, padding, depth, ball, capacitance; none of a modulus.
     else_beyond : whether it goes beyond them in something else, too, such as another material.
     """
 

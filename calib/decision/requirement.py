@@ -48,7 +48,8 @@ class Requirement:
             (
                 self.upper > self.lower,
                 f"the padding range is empty: {self.lower * 1e3:.6g} mm to {self.upper * 1e3:.6g} mm",
-                'Write the smaller thickness first, for example --padding "0 mm:9 mm".',
+                'Write the smaller thickness first, for example --padding "0 mm:9 mm", and about a pad that is there a narrow '
+                'range, --padding "1.09 mm:1.11 mm".',
             ),
             (self.n_thickness >= 3, f"n_thickness must be at least 3, got {self.n_thickness}", ""),
             (0 < self.tolerance < 1, f"tolerance must lie between 0 and 1, got {self.tolerance:.6g}", ""),

@@ -26,7 +26,7 @@ from calib.decision.enough_draws import left_open, left_open_in_words, what_woul
 from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
 from calib.decision.guard_band import Drawing
 from calib.decision.needed import drawing_of, needed_for
-from calib.decision.padding import recommend
+from calib.decision.padding import recommend, unresolved
 from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
@@ -170,9 +170,14 @@ def answer(
     aim = _aim(specification, best)
     drawing = drawing_of(best, grid, specification)
     beyond = [
-        *_beyond(models, aim, best, grid),
+        *_beyond(models, aim, best, grid, specification),
         *_open_or_unmet(best.built, specification, n_draw, n_effective, _effective(posterior, n_all)),
         *_not_drawn(best.built, drawing, specification),
+        *(
+            unresolved(_shown(best, sensors.parts), best.built.best, specification.smallest_force)
+            if specification.electrical
+            else ()
+        ),
     ]
     conformity = Conformity(
         specification=specification,
@@ -352,7 +357,7 @@ def _aim(s: Specification, best: Tried) -> Aim:
     """What the advice is for: of loads and balls that have a distribution, at its ends."""
     scatters = isinstance(s.force, Prior) or isinstance(s.ball, Prior)
     stroke = best.built.stroke[4 if scatters else 2, best.at]
-    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), _balls(best, s))
+    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), _balls(best, s), signal=s.electrical)
 
 
 def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
@@ -360,7 +365,7 @@ def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
     return s.outermost_balls or (float(np.median(np.asarray(best.designs[0].indenter.radius))),)
 
 
-def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -> Iterator[Reason]:
+def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray, s: Specification) -> Iterator[Reason]:
     """What of the answer was held against no data."""
     posterior = heaviest(models).posterior
     reach = aim.force * (1 + np.quantile(best.reach, 1 - COVERED_SHARE, axis=0))
@@ -369,11 +374,15 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -
     other = []
     if best.choice.material is not None:
         other.append(f"padding of {best.choice.material.name}")
-    thickness = best.choice.sensor_thickness
-    if thickness is not None:
-        measured = np.median(np.asarray(models[0].posterior.draws[..., _column(models[0].posterior, "sensor_thickness")]))
-        if not 1 / MARGIN < thickness / measured < MARGIN:
-            other.append(f"a sensor of {thickness * 1e3:.3g} mm")
+    thickness, measured = best.choice.sensor_thickness, _median_of(posterior, "sensor_thickness")
+    if thickness is not None and not 1 / MARGIN < thickness / measured < MARGIN:
+        other.append(f"a sensor of {thickness * 1e3:.3g} mm")
+    elif (
+        s.sensor_tolerance is not None
+        and abs(off := float(s.sensor_tolerance.offset(np.array(1.645)))) > (MARGIN - 1) * measured
+    ):
+        thick = measured if thickness is None else thickness
+        other.append(f"sensors of {(thick - off) * 1e3:.3g} to {(thick + off) * 1e3:.3g} mm")
     if best.choice.electrode_radius is not None:
         other.append(f"electrodes of {best.choice.electrode_radius * 1e3:.3g} mm radius")
     if other:
@@ -381,8 +390,10 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -
         yield Reason(EXTRAPOLATION, "amber", finding, "Build one such sensor and press it, to confirm")
 
 
-def _column(posterior: Posterior, parameter: str) -> list[int]:
-    return [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
+def _median_of(posterior: Posterior, parameter: str) -> float:
+    """The median of a parameter, of all specimens together; nan if it is known exactly."""
+    columns = [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
+    return float(np.median(posterior.draws[..., columns])) if columns else math.nan
 
 
 def _open_or_unmet(made: Built, s: Specification, n_draw: int, n_effective: int, of_all: int) -> Iterator[Reason]:
@@ -414,11 +425,15 @@ def _not_drawn(made: Built, drawing: Drawing | None, s: Specification) -> Iterat
         yield Reason("specification", "amber", told, action)
 
 
+def _shown(best: Tried, parts: Sequence[ModelDraws]) -> list[ModelDraws]:
+    """The draws with the sensors of an answer."""
+    return [replace(part, base=design) for part, design in zip(parts, best.designs, strict=True)]
+
+
 def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid: FloatArray) -> tuple[str, ...]:
-    shown = [replace(part, base=design) for part, design in zip(parts, best.designs, strict=True)]
     chosen = best.choice
     found = conditions_of(
-        shown,
+        _shown(best, parts),
         float(np.max(grid[best.built.covered])),
         _balls(best, s),
         electrode_chosen=chosen.electrode_radius is not None,

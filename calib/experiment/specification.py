@@ -210,6 +210,16 @@ class Specification:
         return float(self.force.ppf_normal(1.645)) if isinstance(self.force, Prior) else max(self.force)
 
     @property
+    def smallest_force(self) -> float:
+        """The smallest load [N]; of a distribution its 5 % quantile."""
+        return float(self.force.ppf_normal(-1.645)) if isinstance(self.force, Prior) else min(self.force)
+
+    @property
+    def electrical(self) -> bool:
+        """Whether a limit hangs on the change of capacitance."""
+        return any(limit.quantity in ("signal", "force_resolution") for limit in self.limits)
+
+    @property
     def outermost_balls(self) -> tuple[float, ...]:
         """Radii [m] of the smallest and the largest ball, or of the one; of a distribution its 5 % and 95 % quantiles.
 
@@ -379,7 +389,8 @@ def _padding(found: _Found, values: Mapping[str, Any]) -> None:
     message = f"padding thickness must not be negative, got {lower * 1e3:.6g} mm"
     found.unless(lower >= 0, at, message, "Start at 0 mm or above")
     asked = f"{lower * 1e3:.6g} mm to {upper * 1e3:.6g} mm"
-    found.unless(lower < upper < math.inf, at, f"the padding range is empty: {asked}", "Write the smaller thickness first")
+    advice = "Write the smaller thickness first, and about a pad that is there a narrow range, such as 1.09 to 1.11 mm"
+    found.unless(lower < upper < math.inf, at, f"the padding range is empty: {asked}", advice)
     message = f"steps must be from 3 to {MOST_STEPS}, got {steps}"
     found.unless(3 <= steps <= MOST_STEPS, ("padding", "steps"), message, "Leave it out for 181")
     gauge, factor = values["gauge"], values["guard_band"]

@@ -95,6 +95,11 @@ def _names(runs: Sequence[Run]) -> list[str]:
     """A name for each run: of its folder, and with that of the folder above where two are alike."""
     if len({real_path(run.folder) for run in runs}) < max(len(runs), 2):
         raise InputError(Fault("give at least two runs to average, each once"))
+    seen: dict[str, Run] = {}
+    for run in runs:
+        if (other := seen.setdefault(run.posterior_sha256, run)) is not run:
+            message = f"this run is a copy of {other.folder}, which would count twice"
+            raise InputError(Fault(message, run.folder, advice="Give each model once"))
     paths = [real_path(run.folder) for run in runs]
     plain = [path.name for path in paths]
     return [f"{p.parent.name}-{p.name}" if plain.count(p.name) > 1 else p.name for p in paths]

@@ -283,7 +283,7 @@ def test_a_tare_too_low_is_amber_with_what_it_makes_of_the_sensor_at_rest(runs: 
     assert code == 3, said
     (load,) = re.findall(r"what is expected at rest reads as (?:more than )?([0-9.]+) N with it", said)
     # What was read is at rest, and a force is said of it, all of which the tare makes.
-    assert float(load) == pytest.approx(float(re.findall(r"pF: ([0-9.]+) N", said)[0]), rel=0.1)
+    assert float(load) == pytest.approx(float(re.findall(r"pF: ([0-9.]+) N", said)[0]), abs=0.06)
 
 
 def test_a_padding_beside_a_sensor_that_does_not_lie_on_it_is_refused(runs: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -49,6 +50,7 @@ def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory
     for name, posterior in made.items():
         (folder / name).mkdir()
         save_posterior(posterior, folder / name / "posterior.nc")
+    shutil.copytree(folder / "as-given", folder / "copied")
     said = calib("average", folder / "as-given", folder / "own-padding", "-o", folder / "average", "--by", "evidence")
     assert "Weighted by evidence" in said
     return folder
@@ -113,6 +115,10 @@ def test_the_report_lists_the_models(runs: Path) -> None:
         (["average", "as-given", "elsewhere", "-o", "new"], "are of different data"),
         (["average", "as-given", "as-given", "-o", "new"], "each once"),
         (["average", "as-given", "-o", "new"], "at least two runs"),
+        (
+            ["average", "as-given", "copied", "-o", "new"],
+            "is a copy of as-given, which would count twice. Give each model once",
+        ),
         (["average", "as-given", "average", "-o", "new"], "is an average itself. Give the runs that it is of"),
         (["average", "as-given", "own-padding", "-o", "as-given"], "not overwritten"),
         (["compare", "average", "as-given"], "Compare the runs that it is of"),
