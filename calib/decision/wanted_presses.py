@@ -129,14 +129,19 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
     taken = {specimen.name for specimen in known.problem.experiment.specimens}
     name = next(f"sensor {k}" for k in count(len(taken) + 1) if f"sensor {k}" not in taken)
     padding = known.value("padding_thickness", template.specimen)
+    # A signal that nobody measured is confirmed by a meter alone.
+    electrical = "capacitance" in template.channels
+    connected = not electrical and aim is not None and aim.signal
+    connected = connected and "capacitance" not in bench.without and "force" in template.channels
+    meter = ", the LCR meter connected," if connected else ""
     like = WantedPress(
         "specimen",
-        f"make one more sensor like {template.specimen} and press it up to {{force:.2g}} N",
+        f"make one more sensor like {template.specimen} and press it{meter} up to {{force:.2g}} N",
         template,
         name,
         template.indenter_radius,
         min(force_reached(known, template), cell),
-        "capacitance" in template.channels,
+        electrical or connected,
         padding,
     )
     if "specimen" not in bench.without:
@@ -164,7 +169,7 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
             force = _confirming(like.force, cell, aim)
             for ball in (others if thickness == confirming else ()) or (template.indenter_radius,):
                 with_it = f" with a ball of {display('indenter_radius', ball)} radius" if ball in others else ""
-                words = f"make one more sensor {on} and press it{with_it} up to {{force:.2g}} N"
+                words = f"make one more sensor {on} and press it{with_it}{meter} up to {{force:.2g}} N"
                 yield replace(like, kind="padding", words=words, padding=thickness, ball=ball, force=force)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from calib.decision.extrapolation import Aim, Measured, exceeded
@@ -33,3 +35,11 @@ def test_a_hard_press_on_thin_padding_does_not_stand_for_one_on_thick(
 ) -> None:
     aim = Aim(force, padding, depth=0.3e-3, balls=(5e-3,))
     assert exceeded([HARD_ON_THIN, GENTLE_ON_THICK], aim) == beyond
+
+
+def test_a_signal_that_was_not_measured_is_beyond_the_data_and_a_stroke_is_not() -> None:
+    without = replace(HARD_ON_THIN, electrical=False)
+    aim = Aim(5.0, 1.1e-3, depth=0.3e-3, balls=(5e-3,))
+    assert exceeded([without], aim) == {"capacitance": "a change of capacitance (none was measured)"}
+    assert exceeded([without, HARD_ON_THIN], aim) == {}
+    assert exceeded([without], replace(aim, signal=False)) == {}

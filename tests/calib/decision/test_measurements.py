@@ -406,9 +406,9 @@ def test_a_calibration_with_that_press_is_green_on_extrapolation(look: Look, far
 def test_an_advice_for_another_ball_is_confirmed_with_that_ball(look: Look) -> None:
     wanted = replace(_FARTHER, force=5.0, indenter_radius=6e-3)
     found = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(balls=(6e-3,)), seed=1, verdict=GREEN)
-    assert {"padding", "ball"} <= set(found.beyond)
+    assert {"padding", "ball", "capacitance"} <= set(found.beyond)  # as force alone was measured
     (one,) = [one for one in found.ranked if found.confirms(one)]
-    assert "press it with a ball of 6 mm radius up to 5 N" in one.what
+    assert "press it with a ball of 6 mm radius, the LCR meter connected, up to 5 N" in one.what
     assert one.experiment.specimens[-1].sweeps[0].indenter_radius == 6e-3
     asked = next(reason for reason in found.verdict.reasons if reason.gate == "extrapolation")
     assert "mm with a ball of 6 mm radius to 5 N" in asked.action

@@ -72,6 +72,29 @@ def _exact(posterior: Posterior) -> Posterior:
     return replace(posterior, parameters=tuple(posterior.parameters[i] for i in keep), draws=posterior.draws[:, :, keep])
 
 
+def test_a_load_that_no_reading_tells_is_amber(make_posterior: MakePosterior) -> None:
+    posterior = _exact(make_posterior())
+    told = float(_recommend(posterior, Hill(), 3.0, 1e-3, 9e-3).resolution_at_best[2])
+    for share, gates in ((0.5, ["resolution"]), (2.0, [])):
+        verdict = _recommend(posterior, Hill(), share * told, 1e-3, 9e-3).verdict
+        assert [reason.gate for reason in verdict.reasons if reason.gate == "resolution"] == gates
+    assert (
+        f"one tells {told:.2g} N from nothing"
+        in _recommend(posterior, Hill(), 0.5 * told, 1e-3, 9e-3).verdict.reasons[-1].finding
+    )
+
+
+def test_leads_that_take_of_the_signal_are_a_condition(make_posterior: MakePosterior) -> None:
+    posterior = _exact(make_posterior())
+    name = "parasitic_capacitance"
+    parameters = {k: s for k, s in posterior.diagnostics.parameters.items() if k != name}
+    without = replace(posterior, diagnostics=replace(posterior.diagnostics, parameters=parameters))
+    for leads, said in ((15e-12, True), (0.0, False)):
+        known = replace(without, fixed={**posterior.fixed, name: leads})
+        conditions = " ".join(_recommend(known, Hill(), 3.0, 1e-3, 9e-3).conditions)
+        assert ("a signal of the sensor alone, C/C0 - 1: with leads of 15 pF" in conditions) == said
+
+
 def test_recommends_the_top_of_the_hill(make_posterior: MakePosterior) -> None:
     r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 9e-3)
     assert r.best == pytest.approx(4e-3, abs=0.12e-3)

@@ -211,6 +211,22 @@ def test_a_drawing_that_accepts_few_of_the_pads_that_are_made_is_amber(posterior
     assert told.startswith("of pads made to 1.10 mm the drawing accepts 1")
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "beyond"),
+    [
+        (Tolerance("uniform", 0.4e-3), True),
+        (Tolerance("normal", 0.2e-3), True),
+        (Tolerance("normal", 0.02e-3), False),
+    ],
+)
+def test_sensors_made_much_thicker_or_thinner_than_those_measured_are_extrapolated_to(
+    posterior: Posterior, tolerance: Tolerance, beyond: bool
+) -> None:
+    c = _conform(posterior, Limit("stroke", "at_most", 9e-3), sensor_tolerance=tolerance, upper=1.2e-3, steps=11)
+    said = [reason.finding for reason in c.verdict.reasons if "the advice is for sensors of" in reason.finding]
+    assert len(said) == beyond
+
+
 def test_a_load_that_is_not_carried_is_a_failure_and_said_to_be_one(posterior: Posterior) -> None:
     some, none = (_conform(posterior, Limit("height", "at_most", 9e-3), forward=Spring(reach=reach)) for reach in (2.1, 1.9))
     assert some.always
