@@ -43,7 +43,7 @@ class FamilyName(StrEnum):
     foam = "foam"
 
 
-class Kept(StrEnum):
+class KeptPart(StrEnum):
     """What of a surrogate's networks may be kept while the rest is learnt anew."""
 
     mechanics = "mechanics"
@@ -147,7 +147,7 @@ def train(
         typer.Option(help="Surrogate file whose networks go on learning, from the curves, instead of new ones."),
     ] = None,
     keep: Annotated[
-        Kept | None,
+        KeptPart | None,
         typer.Option(
             help="Part of --start that stays as it is, so that the other alone goes on. Of both: the error that it states "
             "is learnt anew, from curves of designs even over the range, which it has not seen."
@@ -188,7 +188,7 @@ def train(
         from models.surrogate.points import design_points, random_groups, worst_points
 
         of = FAMILIES[family]
-        usual = (_ERROR_POINTS, 0) if keep is Kept.both else (of.recipe.points, of.recipe.coarse_points)
+        usual = (_ERROR_POINTS, 0) if keep is KeptPart.both else (of.recipe.points, of.recipe.coarse_points)
         n_point, n_coarse = (given if given is not None else own for given, own in zip((points, coarse), usual, strict=True))
         # Better said before an hour of finite elements than after.
         if n_point < LEAST_PATHS:
@@ -199,25 +199,25 @@ def train(
         base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
         if keep is not None and start is None:
             raise InputError(Fault(f"--keep {keep} has nothing to keep", advice="Give --start FILE"))
-        if keep is Kept.both and (improve is not None or coarse):
+        if keep is KeptPart.both and (improve is not None or coarse):
             raise InputError(
                 Fault("--keep both goes by fine curves all over the range", advice="Leave --improve and --coarse out")
             )
         begun = None if start is None else _of(start, family)
-        if keep is Kept.both:
+        if keep is KeptPart.both:
             sequence = random_groups(n_point, np.random.default_rng(seed), of)
         elif improve is not None:
             sequence = worst_points(_of(improve, family), n_point, seed)
         else:
             sequence = design_points(n_point, seed, of)
         with executor_of(processes, scheduler) as executor:
-            data = _gathered(kept, executor, sequence, n_point, accuracy, of, these=keep is Kept.both)
+            data = _gathered(kept, executor, sequence, n_point, accuracy, of, these=keep is KeptPart.both)
             below = None
             if n_coarse:
                 # At other points than the fine ones, so that together they say more.
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
-        stays: Collection[Part] = PARTS if keep is Kept.both else [part for part in PARTS if part == keep]
+        stays: Collection[Part] = PARTS if keep is KeptPart.both else [part for part in PARTS if part == keep]
         fit = partial(fit_surrogate, coarse=below, start=begun, keep=stays)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from statistics import median
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from calib.decision.choices import Coordinates, choices_of, coordinates_of, requ
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of, require_within_range
 from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.enough_draws import left_open, left_open_in_words, what_would_tell
-from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
+from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond_the_measured, measured_presses, pad_to_press
 from calib.decision.guard_band import Drawing
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend, unresolved
@@ -374,7 +375,8 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray, s
     other = []
     if best.choice.material is not None:
         other.append(f"padding of {best.choice.material.name}")
-    thickness, measured = best.choice.sensor_thickness, _median_of(posterior, "sensor_thickness")
+    thickness = best.choice.sensor_thickness
+    measured = median(press.total - press.padding for press in measured_presses(posterior))
     if thickness is not None and not 1 / MARGIN < thickness / measured < MARGIN:
         other.append(f"a sensor of {thickness * 1e3:.3g} mm")
     elif (
@@ -388,12 +390,6 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray, s
     if other:
         finding = f"the advice is for {' and '.join(other)}, which was not measured"
         yield Reason(EXTRAPOLATION, "amber", finding, "Build one such sensor and press it, to confirm")
-
-
-def _median_of(posterior: Posterior, parameter: str) -> float:
-    """The median of a parameter, of all specimens together; nan if it is known exactly."""
-    columns = [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
-    return float(np.median(posterior.draws[..., columns])) if columns else math.nan
 
 
 def _open_or_unmet(made: Built, s: Specification, n_draw: int, n_effective: int, of_all: int) -> Iterator[Reason]:
