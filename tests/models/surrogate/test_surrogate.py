@@ -303,7 +303,7 @@ def test_the_error_alone_is_learnt_from_paths_that_were_not_fitted(exact: Surrog
     before, after = exact.respond(design, depth), stated.respond(design, depth)
     for name in ("force", "capacitance", "contact_radius"):
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
-    for surrogate, least, most in ((exact, 0.0, 0.5), (stated, 0.8, 0.98)):
+    for surrogate, least, most in ((exact, 0.0, 0.7), (stated, 0.75, 0.99)):
         force, change = _inside_bands(surrogate, fresh)
         assert least < force < most
         assert least < change < most
