@@ -377,12 +377,10 @@ def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray, s
         other.append(f"padding of {best.choice.material.name}")
     thickness = best.choice.sensor_thickness
     measured = median(press.total - press.padding for press in measured_presses(posterior))
+    off = 0.0 if s.sensor_tolerance is None else float(s.sensor_tolerance.offset(np.array(1.645)))
     if thickness is not None and not 1 / MARGIN < thickness / measured < MARGIN:
         other.append(f"a sensor of {thickness * 1e3:.3g} mm")
-    elif (
-        s.sensor_tolerance is not None
-        and abs(off := float(s.sensor_tolerance.offset(np.array(1.645)))) > (MARGIN - 1) * measured
-    ):
+    elif off > (MARGIN - 1) * measured:
         thick = measured if thickness is None else thickness
         other.append(f"sensors of {(thick - off) * 1e3:.3g} to {(thick + off) * 1e3:.3g} mm")
     if best.choice.electrode_radius is not None:

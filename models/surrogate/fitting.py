@@ -126,13 +126,13 @@ def fit_surrogate(
     """
     if keep and start is None:
         raise ValueError("no part can be kept without a surrogate to go on from")
-    learnt = [part for part in PARTS if part not in keep]
+    all_kept = set(keep) == set(PARTS)
     hidden = hidden if hidden is not None else data.family.recipe.hidden
     data, n_fine = _of_use(data, coarse)
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
-    fitted = np.full(n_run, bool(learnt))
+    fitted = np.full(n_run, not all_kept)
     fitted[rng.permutation(n_fine)[:: 8 if n_fine >= _ENOUGH_PATHS else 4]] = False
 
     def counting(name: str) -> Callable[[int, int], None] | None:
@@ -215,16 +215,16 @@ def fit_surrogate(
     missed_change = follow.share_of_change[rows] * (
         follow.electrical[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
-
-    least = max(steps // 8, 1)
-    if start is None or not learnt or "mechanics" in learnt:
-        force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, least, rng)
-    else:
+    most = max(steps // 8, 1)
+    errors_kept = () if all_kept else keep
+    if start is not None and "mechanics" in errors_kept:
         force_sd, force_modes = start.force_sd, start.force_modes
-    if start is None or not learnt or "capacitance" in learnt:
-        capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, least, rng)
     else:
+        force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, most, rng)
+    if start is not None and "capacitance" in errors_kept:
         capacitance_sd, capacitance_modes = start.capacitance_sd, start.capacitance_modes
+    else:
+        capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, most, rng)
     stated = {
         "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
         "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
@@ -232,7 +232,7 @@ def fit_surrogate(
         "scipy": version("scipy"),
         "date": datetime.now(UTC).date().isoformat(),
     }
-    if start is not None and not learnt:
+    if start is not None and all_kept:
         paths = f"{_paths_in_words(data, n_fine, coarse)}, hash (SHA-256) {data.digest}"
         provenance = {**start.provenance, "networks since": _named(start), "paths of the error": paths, **stated}
     else:
