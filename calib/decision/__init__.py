@@ -5,7 +5,7 @@ from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
-from calib.decision.extrapolation import force_exceeded, largest_force
+from calib.decision.extrapolation import force_exceeded, largest_force, largest_in_words, measured_presses
 from calib.decision.force_table import (
     N_ROW,
     ForceReading,
@@ -102,6 +102,8 @@ __all__ = [
     "invert",
     "landscape",
     "largest_force",
+    "largest_in_words",
+    "measured_presses",
     "next_from_json",
     "next_measurements",
     "next_to_json",

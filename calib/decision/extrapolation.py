@@ -235,9 +235,31 @@ def beyond_the_covered(
         yield Reason("coverage", "amber", finding, f"Ask for {less}for paddings that are covered, and take it for those alone")
 
 
-def largest_force(posterior: Posterior) -> float:
-    """The largest true force [N] of all presses that a posterior rests on, at its medians."""
-    return max(press.force for press in measured_presses(posterior))
+def largest_force(posterior: Posterior, like: str = "") -> float:
+    """The largest true force [N] of all presses that a posterior rests on, at its medians.
+
+    Parameters
+    ----------
+    posterior : of the calibration, with its sweeps.
+    like : name of a specimen that was pressed: of the presses on padding as thick as its own.
+    """
+    presses = measured_presses(posterior)
+    own = [press.padding for press, sweep in zip(presses, posterior.sweeps, strict=True) if sweep.specimen == like]
+    return max(largest_on(presses, padding) for padding in own or [0.0])
+
+
+def largest_in_words(presses: Sequence[Measured]) -> str:
+    """Up to which force was pressed, and on which padding where thicker padding was pressed less.
+
+    Parameters
+    ----------
+    presses : of the data.
+    """
+    on = {f"{largest_on(presses, padding):.2g}": padding for padding in sorted({p.padding for p in presses})}
+    if len(on) == 1:
+        return f"forces up to {next(iter(on))} N, the largest measured"
+    each = ", ".join(f"{force} N on padding of {padding * 1e3:.3g} mm" for force, padding in on.items())
+    return f"forces up to {each}, the largest measured on padding as thick"
 
 
 def measured_presses(posterior: Posterior) -> list[Measured]:

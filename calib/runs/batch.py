@@ -185,8 +185,8 @@ def inspection_of(
     """
     lot = lot_of(posterior)
     against = [replace(reason, gate="lot") for reason in verdict.reasons]
-    force = specification.largest_force if specification is not None else _rounded(largest_force(posterior))
     template = template_of(lot, like)
+    force = specification.largest_force if specification is not None else _rounded(largest_force(posterior, template.name))
     return Inspection(lot, posterior.sweeps, template, forward, specification, force, tuple(against), seed, chain_seconds)
 
 

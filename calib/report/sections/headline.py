@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import LEARNED, Colour, passed_gates
-from calib.decision import largest_force, percent, void_in_words
+from calib.decision import largest_in_words, measured_presses, percent, void_in_words
 from calib.enumeration import first_of
 from calib.experiment import model_in_words
 from calib.report.first_sheet import MOST_SPECIMENS, crowded, in_lines
@@ -98,7 +98,7 @@ def _conditions(results: Results) -> tuple[str, ...]:
     return (
         *models,
         f"ball radius {balls} mm, disc radius {posterior.experiment.sensor_radius * 1e3:g} mm",
-        f"forces up to {largest_force(posterior):.2g} N, the largest measured",
+        largest_in_words(measured_presses(posterior)),
     )
 
 

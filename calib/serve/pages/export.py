@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
-from calib.decision import Gripper, largest_force
+from calib.decision import Gripper
 from calib.digits import places_of, range_text
 from calib.errors import Fault, InputError
 from calib.regular import bytes_of
@@ -63,7 +63,6 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "verdict": run.verdict,
         "status": status_in_words(run.verdict),
         "usual": usual,
-        "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
         "made": [found for one in space.exports() if (found := _tables_made(space, one, of)) is not None],

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
-from calib.decision.extrapolation import Aim, Measured, exceeded
+from calib.decision.extrapolation import Aim, Measured, exceeded, largest_force, largest_in_words
+from calib.sampling import Posterior
 
 HARD_ON_THIN = Measured(force=10.0, depth=0.6e-3, padding=1.1e-3, total=1.84e-3, ball=5e-3)
 GENTLE_ON_THICK = Measured(force=1.8, depth=0.7e-3, padding=5.5e-3, total=6.24e-3, ball=5e-3)
@@ -43,3 +45,23 @@ def test_a_signal_that_was_not_measured_is_beyond_the_data_and_a_stroke_is_not()
     assert exceeded([without], aim) == {"capacitance": "a change of capacitance (none was measured)"}
     assert exceeded([without, HARD_ON_THIN], aim) == {}
     assert exceeded([without], replace(aim, signal=False)) == {}
+
+
+def test_what_was_measured_is_told_by_padding_where_thick_padding_was_pressed_less() -> None:
+    assert largest_in_words([HARD_ON_THIN]) == "forces up to 10 N, the largest measured"
+    as_hard = replace(GENTLE_ON_THICK, force=10.02)
+    assert largest_in_words([HARD_ON_THIN, as_hard]) == "forces up to 10 N, the largest measured"
+    told = "forces up to 10 N on padding of 1.1 mm, 1.8 N on padding of 5.5 mm, the largest measured on padding as thick"
+    assert largest_in_words([GENTLE_ON_THICK, HARD_ON_THIN]) == told
+
+
+def test_a_newcomer_on_thick_padding_is_not_foretold_at_what_thin_padding_was_pressed_to(
+    make_posterior: Callable[..., Posterior],
+) -> None:
+    posterior = make_posterior()
+    thin, thick = posterior.sweeps
+    force = thick.channels["force"]
+    gentle = replace(thick, track=None, channels={"force": replace(force, value=force.value / 5)})
+    lot = replace(posterior, sweeps=(thin, gentle))
+    assert largest_force(lot) == largest_force(lot, thin.specimen)
+    assert largest_force(lot, thick.specimen) == pytest.approx(largest_force(lot) / 4, rel=0.4)
