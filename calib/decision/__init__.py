@@ -1,7 +1,7 @@
 """A `Posterior` and what is wanted of it in, what to build, or what a reading on a gripper means, out; knows no page."""
 
 from calib.decision.as_built import AsBuilt
-from calib.decision.batch import DRIFTING, Batch, expected_of
+from calib.decision.batch import DRIFTING, Batch, conditions_of_next, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
@@ -91,6 +91,7 @@ __all__ = [
     "Trend",
     "View",
     "WorkingPoint",
+    "conditions_of_next",
     "conform",
     "counted_already",
     "expected_of",

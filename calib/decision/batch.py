@@ -10,9 +10,10 @@ import numpy as np
 
 from calib.catalogue import POOLED
 from calib.checks import Colour, Member, Reason, Verdict, verdict_of
+from calib.decision.conditions import conditions_of
 from calib.decision.guard_band import Risks, risks_of
 from calib.decision.inspection import Inspected, hardly_told
-from calib.decision.sensors import sensors_of
+from calib.decision.sensors import ModelDraws, sensors_of
 from calib.decision.trend import Trend, trend_of
 from calib.experiment import Specification
 from calib.sampling import Posterior
@@ -43,6 +44,7 @@ class Batch:
     left_out : (file, why) of files that are no lab files.
     seed : of all random numbers.
     against : what speaks against the calibration of the lot.
+    conditions : what its numbers hold for.
     """
 
     lot: str
@@ -56,6 +58,7 @@ class Batch:
     left_out: tuple[tuple[str, str], ...]
     seed: int
     against: tuple[Reason, ...] = ()
+    conditions: tuple[str, ...] = ()
 
     def count(self, light: Colour) -> int:
         """How many have a light."""
@@ -177,8 +180,7 @@ def expected_of(posterior: Posterior, forward: Forward, force: float, seed: int)
     -------
     By quantity; the signal is not among them where one in twenty does not carry the load.
     """
-    member = Member("", posterior, forward, 1.0)
-    (part,) = sensors_of([member], posterior.experiment.pooling, _EXPECTED, None, np.random.default_rng(seed), seed).parts
+    part = _next_ones(posterior, forward, seed)
     values = {name: np.asarray(value, dtype=float) for name, value in part.base.parameters().items() if name in POOLED}
     values["signal"] = predict_design(forward, part.base, np.array([force])).change[:, 0]
     found = {}
@@ -188,3 +190,23 @@ def expected_of(posterior: Posterior, forward: Forward, force: float, seed: int)
             low, median, high = (float(q) for q in np.quantile(there, [0.05, 0.5, 0.95]))
             found[name] = (low, median, high)
     return found
+
+
+def conditions_of_next(posterior: Posterior, forward: Forward, seed: int) -> tuple[str, ...]:
+    """What the numbers of the next specimens of a lot hold for, as those of the lot do, in words.
+
+    Parameters
+    ----------
+    posterior, forward, seed : as of `expected_of`.
+    """
+    part = _next_ones(posterior, forward, seed)
+    balls = sorted({sweep.indenter_radius for sweep in posterior.sweeps})
+    padding = float(np.median(np.asarray(part.base.padding.thickness)))
+    return conditions_of([part], padding, (balls[0], balls[-1]) if len(balls) > 1 else balls, electrode_chosen=True)
+
+
+def _next_ones(posterior: Posterior, forward: Forward, seed: int) -> ModelDraws:
+    """Draws of the next specimen."""
+    member = Member("", posterior, forward, 1.0)
+    rng = np.random.default_rng(seed)
+    return sensors_of([member], posterior.experiment.pooling, _EXPECTED, None, rng, seed).parts[0]

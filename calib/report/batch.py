@@ -61,6 +61,7 @@ def batch_page(batch: Batch) -> str:
             },
             of_lot=batch.pooling == "partial",
             like=batch.like,
+            conditions=batch.conditions,
             left_out=batch.left_out[:_MOST],
             more_left_out=max(len(batch.left_out) - _MOST, 0),
             run=batch.posterior_sha256[:16],

@@ -26,6 +26,7 @@ from calib.decision import (
     Inspected,
     Inspection,
     Presented,
+    conditions_of_next,
     counted_already,
     expected_of,
     held_by_another,
@@ -155,6 +156,7 @@ def batch_in(
             left_out,
             seed,
             inspection.reasons,
+            conditions_of_next(run.posterior, inspection.forward, seed),
         )
         _write(folder, found, run, files)
     return found
@@ -462,6 +464,7 @@ def _write(folder: Path, found: Batch, run: Run, files: Path) -> None:
         "trends": [{**asdict(t), "drifts": t.drifts, "in_words": t.in_words(DRIFTING[t.quantity])} for t in found.trends],
         "expected": {name: list(values) for name, values in found.expected.items()},
         "left_out": [{"file": file, "why": why} for file, why in found.left_out],
+        "conditions": list(found.conditions),
         "specimens": [
             {**inspected_to_plain(row), "light": row.light, "belongs": row.belongs, "decision": row.decision}
             for row in found.rows

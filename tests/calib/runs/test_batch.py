@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import html
 import json
 import re
 import shutil
@@ -389,6 +390,15 @@ def test_the_page_says_what_is_wrong_and_escapes_names(made: tuple[Batch, Path])
     assert "does not belong to the lot" in page
     assert "The lot is not updated by these specimens" in page
     assert 'src="http' not in page
+
+
+def test_a_batch_holds_for_what_its_lot_does(made: tuple[Batch, Path]) -> None:
+    batch, folder = made
+    told = "; ".join(batch.conditions)
+    assert "padding bonded to the rigid base" in told
+    assert "ball radius 5 mm, pressed without friction" in told
+    assert told in html.unescape((folder / "batch.html").read_text(encoding="utf-8"))
+    assert json.loads((folder / "batch.json").read_text(encoding="utf-8"))["conditions"] == list(batch.conditions)
 
 
 def test_both_risks_are_those_of_what_passes_and_of_what_fails(made: tuple[Batch, Path]) -> None:
