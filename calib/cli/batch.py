@@ -122,7 +122,7 @@ def _say(made: Batch, folder: Path) -> None:
     from rich.markup import escape
 
     from calib.decision import DRIFTING, percent
-    from calib.report import batch_status, lot_status
+    from calib.report import batch_status, lot_status, risks_of_which
 
     say_verdict(made.of_lot, lot_status(made))
     judged = made.specification is not None
@@ -154,7 +154,8 @@ def _say(made: Batch, folder: Path) -> None:
     if (risks := made.risks) is not None:
         told = f"consumer's risk {percent(risks.consumers)}, producer's risk {percent(risks.producers)}"
         passed = sum(row.decision == "pass" for row in made.rows)
-        say(f"{passed} of {len(made.judged)} that were judged pass; {told} (of all judged).")
+        say(f"{passed} of {len(made.judged)} that were judged pass; {told} ({risks_of_which(made)}).")
+    say(f"Holds for {made.conditions[0]}.")
     lights = ", ".join(f"{made.count(light)} {light}" for light in ("green", "amber", "red"))
     many = "s" if len(made.rows) != 1 else ""
     say(f"{len(made.rows)} specimen{many}: {lights}. Each by itself given the lot, which they do not update. Written: {folder}")

@@ -70,9 +70,14 @@ class Batch:
         return tuple(row for row in self.rows if row.decision != "none")
 
     @property
+    def counted(self) -> tuple[Inspected, ...]:
+        """Those of them whose probability counts in the risks: of one that does not belong it rests on readings in doubt."""
+        return tuple(row for row in self.judged if row.belongs != "no")
+
+    @property
     def risks(self) -> Risks | None:
-        """Global risks of those that were judged; None where none was."""
-        found = [(row.decision == "pass", row.conformity.probability) for row in self.judged if row.conformity is not None]
+        """Global risks of those that were judged and do not lie outside of the lot; None where none was."""
+        found = [(row.decision == "pass", row.conformity.probability) for row in self.counted if row.conformity is not None]
         if not found:
             return None
         accepted, probability = (np.array(column, dtype=float) for column in zip(*found, strict=True))
@@ -192,17 +197,33 @@ def expected_of(posterior: Posterior, forward: Forward, force: float, seed: int)
     return found
 
 
-def conditions_of_next(posterior: Posterior, forward: Forward, seed: int) -> tuple[str, ...]:
-    """What the numbers of the next specimens of a lot hold for, as those of the lot do, in words.
+def conditions_of_next(posterior: Posterior, forward: Forward, force: float, seed: int) -> tuple[str, ...]:
+    """What the numbers of the next specimens of a lot hold for, in words: what no reading of them would tell.
 
     Parameters
     ----------
-    posterior, forward, seed : as of `expected_of`.
+    posterior, forward, force, seed : as of `expected_of`.
     """
     part = _next_ones(posterior, forward, seed)
     balls = sorted({sweep.indenter_radius for sweep in posterior.sweeps})
     padding = float(np.median(np.asarray(part.base.padding.thickness)))
-    return conditions_of([part], padding, (balls[0], balls[-1]) if len(balls) > 1 else balls, electrode_chosen=True)
+    model = conditions_of([part], padding, (balls[0], balls[-1]) if len(balls) > 1 else balls, electrode_chosen=True)
+    return (_of_instruments(posterior, part, forward, force), *model)
+
+
+def _of_instruments(posterior: Posterior, part: ModelDraws, forward: Forward, force: float) -> str:
+    """That instruments are as they were, with what one that has gone off by a hundredth makes of specimens."""
+    load = "a load cell that has come to read 1 % too low makes moduli 1 % too small"
+    meter = ""
+    if any("capacitance" in sweep.channels for sweep in posterior.sweeps):
+        change = predict_design(forward, part.base, np.array([force, 1.01 * force])).change
+        carried = np.all(np.isfinite(change), axis=1)
+        if np.any(carried):
+            more = float(np.median(change[carried, 1] / change[carried, 0])) - 1
+            load += f", signals at {force:g} N {100 * more:.2g} % too large"
+        meter = "; a meter that reads 1 % too high makes permittivities 1 % too large"
+    told = "and up to some per cent no light tells: press a specimen of the lot again from time to time"
+    return f"instruments as they were for the lot: {load}{meter}, {told}"
 
 
 def _next_ones(posterior: Posterior, forward: Forward, seed: int) -> ModelDraws:

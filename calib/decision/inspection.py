@@ -24,6 +24,7 @@ from calib.checks import (
     belongs,
     conflict_limit,
     drift_by_share,
+    drift_of_meter,
     judge_posterior,
     predict,
     stranger_in_words,
@@ -334,7 +335,11 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     estimates = _estimates(found, newcomer.name)
     described = not strangers or not _beyond_belief(max(strangers, key=lambda s: abs(s.z)))
     modulus = estimates.get("young_modulus")
-    drifts = [] if modulus is None else list(drift_by_share(sweeps, FirstEstimate(*modulus[:2])))
+    shown = _of_draws(signal, stroke)
+    mean, sd, *_ = shown.get("signal", (1.0, math.inf))
+    drifts = list(drift_of_meter(sweeps, sd / abs(mean)))
+    if modulus is not None:
+        drifts += drift_by_share(sweeps, FirstEstimate(*modulus[:2]))
     verdict = verdict_of([*_its_own(verdict.reasons, strays, inspection.reasons, described), *drifts, *beyond])
     usable = verdict.colour != "red"
     return replace(
@@ -343,7 +348,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,
-        estimates=estimates | _of_draws(signal, stroke) if usable else {},
+        estimates=estimates | shown if usable else {},
         force=inspection.force,
         strangers=strangers,
         of_another_kind=held.of_another_kind,

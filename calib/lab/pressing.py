@@ -16,11 +16,14 @@ from calib.lab.limits import contact_of
 from calib.lab.observations import Observations, observe, usable_rows, why_left_out
 from calib.lab.onset import coarse_onset
 from calib.lab.points import over_displacement, over_force, over_time
-from calib.lab.quality import judge
+from calib.lab.quality import judge, judge_by_clock
 from calib.lab.reduction import NoiseEstimate, reduce_channel
 from calib.lab.signal import first_crest, increasing_rows, smoothed_record
 from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
 from calib.lab.use import FIRST_LOADING, Use, cycles_in_words, use_in_words
+
+# A log whose two ends are so far apart, as a share of its range, does not come back to where it began.
+_NOT_BACK = 0.05
 
 
 def make_sweep(
@@ -111,6 +114,7 @@ def make_sweep(
                 raise InputError(_discrete(clock, tester, lcr))
             offset, offset_sd = clock.value, clock.sd
             notes += clock.evidence
+            grades += judge_by_clock(tester, lcr, offset)
             track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
         for channel in lcr.channels:
             if channel == "force":
@@ -256,11 +260,25 @@ def _require_change(channel: str, points: Points, obs: Observations) -> None:
 def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:
     many = f" of {tester.n_cycle}" if tester.n_cycle > 1 else ""
     return Fault(
-        f"{clock.evidence[0]}; {cycles_in_words(tester.used_cycles)}{many} of {tester.table.path.name} is wanted",
+        f"{clock.evidence[0]}; {cycles_in_words(tester.used_cycles)}{many} of {tester.table.path.name} is wanted"
+        f"{_does_not_come_back(lcr)}",
         lcr.table.path,
         advice="Save both logs over the same cycles, from before the first to after the last; or cut both files to one cycle; "
         "or state the offset of the clocks",
     )
+
+
+def _does_not_come_back(lcr: Observations) -> str:
+    """That a log ends at another level than it begins at, if it does: a drift hides where the ball leaves the sensor."""
+    for name, values in lcr.channels.items():
+        there = values[np.isfinite(values)]
+        few = max(there.size // 50, 1)
+        change = float(np.median(there[-few:]) - np.median(there[:few]))
+        if abs(change) > _NOT_BACK * float(np.ptp(there)):
+            side = "higher" if change > 0 else "lower"
+            k, unit = CHANNELS[name].display_scale, CHANNELS[name].display_unit
+            return f". The log ends {abs(change) * k:.3g} {unit} {side} than it begins: a meter that drifts may be the cause"
+    return ""
 
 
 def _same_file(a: Path, b: Path) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
-    from calib.report.batch import batch_page, batch_status, lot_status
+    from calib.report.batch import batch_page, batch_status, lot_status, risks_of_which
     from calib.report.browser import BROWSERS, PrintError, find_browser, print_page
     from calib.report.certificate import (
         CERTIFICATE_FORMAT,
@@ -119,6 +119,7 @@ __all__ = [
     "results_of",
     "revolved_figure",
     "revolved_picture",
+    "risks_of_which",
     "status_in_words",
     "summary_csv",
     "summary_json",
@@ -133,7 +134,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        ".batch": ("batch_page", "batch_status", "lot_status"),
+        ".batch": ("batch_page", "batch_status", "lot_status", "risks_of_which"),
         ".browser": ("BROWSERS", "PrintError", "find_browser", "print_page"),
         ".certificate": (
             "CERTIFICATE_FORMAT",

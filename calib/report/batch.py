@@ -34,8 +34,9 @@ def batch_page(batch: Batch) -> str:
         more = f"{failed} fail" + (f", {none} neither" if none else "")
         cards.append(("pass the specification", f"{passed}", more))
     if risks is not None:
-        cards.append(("consumer's risk", percent(risks.consumers), "passes and does not conform, of all judged"))
-        cards.append(("producer's risk", percent(risks.producers), "fails and would conform, of all judged"))
+        of = risks_of_which(batch)
+        cards.append(("consumer's risk", percent(risks.consumers), f"passes and does not conform, {of}"))
+        cards.append(("producer's risk", percent(risks.producers), f"fails and would conform, {of}"))
     return (
         templates()
         .get_template("batch.html.j2")
@@ -88,6 +89,16 @@ def batch_status(batch: Batch) -> str:
     if verdict.colour == "amber":
         return "Amber: no specimen is red; see the reasons below."
     return f"Red: {red} of {n} specimens {'is' if red == 1 else 'are'} red." if n > 1 else "Red: the specimen is red."
+
+
+def risks_of_which(batch: Batch) -> str:
+    """Say of which specimens the risks of a batch are.
+
+    Parameters
+    ----------
+    batch : the newcomers, inspected.
+    """
+    return "of all judged" if len(batch.counted) == len(batch.judged) else "of those judged that do not lie outside of the lot"
 
 
 def lot_status(batch: Batch) -> str:

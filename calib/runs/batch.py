@@ -156,7 +156,7 @@ def batch_in(
             left_out,
             seed,
             inspection.reasons,
-            conditions_of_next(run.posterior, inspection.forward, seed),
+            conditions_of_next(run.posterior, inspection.forward, inspection.force, seed),
         )
         _write(folder, found, run, files)
     return found

@@ -12,7 +12,7 @@ from calib.checks.plausible.judgement import (
 from calib.checks.plausible.outlook import Outlook, Ridge, UnknownOutlook
 from calib.checks.plausible.ranges import Range
 from calib.checks.plausible.slips import scaled
-from calib.checks.plausible.unmodelled import drift_by_share
+from calib.checks.plausible.unmodelled import drift_by_share, drift_of_meter
 from calib.checks.plausible.unseen import UNSEEN, Unseen, unseen_from_text, unseen_to_text
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "UnknownOutlook",
     "Unseen",
     "drift_by_share",
+    "drift_of_meter",
     "expected_in_words",
     "in_units",
     "measured_in_words",

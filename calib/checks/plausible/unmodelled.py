@@ -46,7 +46,19 @@ def unmodelled(problem: Problem, first: FirstAnswer) -> Iterator[Reason]:
         name = min(known, key=lambda n: known[n].sd / known[n].mean)
         yield from _of_rate(problem.sweeps, known[name])
         yield from _of_load(problem, first, name)
-    drifts = [(s, g) for s in problem.sweeps for g in _drift(s, "capacitance") if abs(g.number) > SIGNAL_DRIFT]
+    yield from drift_of_meter(problem.sweeps)
+
+
+def drift_of_meter(sweeps: Sequence[Sweep], known_to: float = np.inf) -> Iterator[Reason]:
+    """What speaks against all changes of capacitance because the meter drifts by more than what the model may leave out.
+
+    Parameters
+    ----------
+    sweeps : with the grades on their files.
+    known_to : [1], sd of the signal over it, if it is known: a drift larger than that counts, too.
+    """
+    limit = min(SIGNAL_DRIFT, DRIFT_LIMIT * known_to)
+    drifts = [(s, g) for s in sweeps for g in _drift(s, "capacitance") if abs(g.number) > limit]
     if drifts:
         sweep, grade = max(drifts, key=lambda pair: abs(pair[1].number))
         finding = (

@@ -13,6 +13,8 @@ from calib.lab.part import HOLD
 from calib.lab.quality.grade import Grade, Level, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values
 from calib.lab.quality.words import percent
+from calib.lab.signal import reading_noise
+from models.sensor import BoolArray
 
 #: Drift before contact, scaled to the duration of loading, as a share of the range. The load zero is one constant: a drift goes
 #: on into the modulus by 1.5 to 4.7 times its share (four labs of `benchmarks/simulated`). 0.5 % is then about what a
@@ -23,6 +25,8 @@ DRIFT, LARGE_DRIFT = 0.005, FLAT_RISE
 RETURN, LARGE_RETURN = DRIFT, LARGE_DRIFT
 #: Readings out of contact on either side of the press that tell whether its level has changed.
 LEAST_OUT = 5
+# A force within so many times its noise of the load zero is none.
+_NO_LOAD = 2.0
 #: Share of the travel before contact. From 2 % on the flat part has points of its own in the reduction; with fewer than three
 #: readings there, load zero and contact point are extrapolated.
 SHORT_START = 0.02
@@ -125,14 +129,15 @@ def check_return(obs: Observations, c: LoadingBranch) -> Grade | None:
 
     Returns
     -------
-    None without a displacement column, with fewer than five readings well out of contact on either side of the press, and where
-    the unloading is what is used.
+    None where neither displacement nor force tells what is out of contact, with fewer than five readings well out of it on
+    either side of the press, and where the unloading is what is used.
     """
-    if obs.displacement is None or obs.use.branch == "unloading" or not np.any(c.flat):
+    out = _well_out_of_contact(obs, c)
+    if out is None or obs.use.branch == "unloading":
         return None
     values = channel_values(obs, c.name)
     clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
-    number, out = np.arange(clock.size), obs.displacement <= (float(c.x[0]) + c.touch) / 2
+    number = np.arange(clock.size)
     again = np.flatnonzero((number > c.rows[-1]) & (np.array(obs.branch, dtype=object) == "loading"))
     after = (number > c.rows[-1]) & (number < (again[0] if again.size else number.size))
     good = out & np.isfinite(values) & np.isfinite(clock)
@@ -160,6 +165,18 @@ def check_return(obs: Observations, c: LoadingBranch) -> Grade | None:
         else "A meter that drifts, cables that moved, or a dielectric that recovers slowly: log on until it stands still."
     )
     return c.grade("return to zero", level, share, "1", finding, advice)
+
+
+def _well_out_of_contact(obs: Observations, c: LoadingBranch) -> BoolArray | None:
+    """Which rows of a file lie well out of contact, (n_row,): by the displacement, or by the force of a log without one."""
+    if not np.any(c.flat):
+        return None
+    if obs.displacement is not None:
+        return np.asarray(obs.displacement <= (float(c.x[0]) + c.touch) / 2)
+    if obs.force is None or c.name == "force":
+        return None
+    load = obs.force[c.rows]
+    return np.asarray(obs.force <= float(np.median(load[c.flat])) + _NO_LOAD * reading_noise(load))
 
 
 def check_load_zero(c: LoadingBranch) -> Grade:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.checks import Reason, drift_by_share, plausibility
+from calib.checks import Reason, drift_by_share, drift_of_meter, plausibility
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import Grade, Sweep
 from calib.priors import LogNormal, Normal, Prior
@@ -107,3 +107,9 @@ def test_where_the_modulus_without_the_drift_cannot_be_found_the_share_says_how_
 @pytest.mark.parametrize(("number", "gates"), [(0.03, ["drift"]), (0.015, [])])
 def test_a_meter_that_drifts_by_more_than_is_believed_of_the_model_is_amber(number: float, gates: list[str]) -> None:
     assert [r.gate for r in _reasons(_graded(_sweep(), "drift before contact", number, "capacitance"))] == gates
+
+
+@pytest.mark.parametrize(("known_to", "gates"), [(0.02, []), (0.01, ["drift"])])
+def test_a_meter_that_drifts_by_more_than_the_signal_is_known_to_is_amber(known_to: float, gates: list[str]) -> None:
+    drifting = _graded(_sweep(), "return to zero", 0.015, "capacitance")
+    assert [r.gate for r in drift_of_meter([drifting], known_to)] == gates

@@ -523,6 +523,25 @@ def test_a_ball_that_still_sticks_where_it_touched_is_no_drift_and_a_record_that
     assert "return to zero" not in checks(observe(read_lab_file(tmp_path / "t.csv")))
 
 
+@pytest.mark.parametrize("beside", ["Time (s)", "Extension (mm)", "Load (N)"])
+@pytest.mark.parametrize(("share", "level"), [(0.0, "good"), (0.03, "warning"), (-0.03, "warning"), (0.08, "bad")])
+def test_a_meter_that_does_not_come_back_is_told_whatever_ties_its_log_to_the_press(
+    tmp_path: Path, share: float, level: str, beside: str
+) -> None:
+    test = Test(hysteresis=0.0)
+    t, x, f = test.columns()
+    path = test.file(tmp_path)
+    depth = np.maximum(x - test.approach, 0) / test.depth
+    read = 100 + 1.5 * (depth**1.4 + share * t / (t[-1] / 2)) + 2e-3 * np.random.default_rng(2).normal(size=t.size)
+    column = {"Time (s)": t + 7.0, "Extension (mm)": x, "Load (N)": f}[beside]
+    meter = tmp_path / "meter.csv"
+    meter.write_text(f"{beside},Cp (pF)\n" + "".join(f"{a:.4f},{b:.4f}\n" for a, b in zip(column, read, strict=True)))
+    sweep = make_sweep("a", "", indenter_radius=5e-3, force_file=path, capacitance_file=meter)
+    (found,) = [g for g in sweep.grades if g.check == "return to zero" and g.channel == "capacitance"]
+    assert found.level == level
+    assert found.number == pytest.approx(share, abs=0.15 * abs(share) + 2e-3)
+
+
 @pytest.mark.parametrize(("relaxation", "level"), [(0.02, "good"), (0.1, "warning"), (0.4, "bad")])
 def test_relaxation_in_a_hold_is_told_as_a_share(tmp_path: Path, relaxation: float, level: str) -> None:
     found = grade(Test(hold=20.0, relaxation=relaxation).observe(tmp_path), "change in the hold")

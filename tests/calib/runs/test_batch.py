@@ -396,6 +396,10 @@ def test_a_batch_holds_for_what_its_lot_does(made: tuple[Batch, Path]) -> None:
     batch, folder = made
     told = "; ".join(batch.conditions)
     assert "padding bonded to the rigid base" in told
+    (more,) = re.findall(
+        r"a load cell that has come to read 1 % too low makes moduli 1 % too small, .* (\S+) % too large;", told
+    )
+    assert 0.5 < float(more) < 1.1
     assert "ball radius 5 mm, pressed without friction" in told
     assert told in html.unescape((folder / "batch.html").read_text(encoding="utf-8"))
     assert json.loads((folder / "batch.json").read_text(encoding="utf-8"))["conditions"] == list(batch.conditions)
@@ -413,6 +417,8 @@ def test_both_risks_are_those_of_what_passes_and_of_what_fails(made: tuple[Batch
     assert risks is not None
     assert risks.consumers == pytest.approx((0.01 + 0.03) / 3)
     assert risks.producers == pytest.approx(0.5 / 3)
+    stranger = replace(rows[0], verdict=verdict_of([Reason("belongs", "amber", "it does not belong", "Set it aside")]))
+    assert replace(made[0], rows=(*rows, stranger)).risks == risks
     assert [row.light for row in rows] == ["green", "green", "red", "green"]
     table = batch_csv(replace(made[0], rows=rows)).splitlines()
     assert [line.split(",")[4] for line in table[1:]] == ["pass", "pass", "fail", "none"]
