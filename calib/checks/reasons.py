@@ -311,7 +311,12 @@ def _quality(posterior: Posterior) -> Iterator[Reason]:
         own = [(t, g) for t, g in bad if (g.check == "signal") == (level == "red")]
         if own:
             told = _first([f"{g.check} of the {g.channel} of {title}: {g.finding}" for title, g in own], "; ")
-            yield Reason("lab data", level, f"what they do is not in the uncertainties: {told}", own[0][1].advice.rstrip("."))
+            yield Reason(
+                "lab data",
+                level,
+                f"what flaws of the lab files do is not in the uncertainties: {told}",
+                own[0][1].advice.rstrip("."),
+            )
 
 
 def _predictive(predictions: Sequence[Prediction]) -> Iterator[Reason]:

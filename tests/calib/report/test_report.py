@@ -439,7 +439,7 @@ def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
         < part.index("✓ good readings in contact, force: 240 readings")
     )
     assert f"Amber: the numbers {AMBER_ALLOWS}." in text
-    assert "lab data what they do is not in the uncertainties: hysteresis of the force of sensor 1" in text
+    assert "lab data what flaws of the lab files do is not in the uncertainties: hysteresis of the force of sensor 1" in text
 
 
 @pytest.mark.usefixtures("undrawn")
