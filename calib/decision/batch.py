@@ -141,7 +141,7 @@ def _reasons(batch: Batch) -> list[Reason]:
         found.append(Reason("specimens", "red", finding, "See the reason of each; they neither pass nor fail"))
     failed = [row.name for row in batch.rows if row.decision == "fail"]
     if failed:
-        verb = "are" if n > 1 else "is"
+        verb = "are" if len(failed) > 1 else "is"
         finding = f"{_of(len(failed), n)} {verb} not shown to conform to the specification: {_few(failed)}"
         found.append(Reason("specification", "red", finding, "Reject them, or measure them better"))
     aside = [row.name for row in batch.rows if row.set_aside and row.decision == "none" and row.verdict.colour != "red"]

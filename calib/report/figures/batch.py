@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from calib.catalogue import QUANTITIES
 from calib.decision import DRIFTING, Batch, Inspected
@@ -25,6 +26,7 @@ def batch_figure(batch: Batch) -> Figure:
     for ax, name in zip(axes, shown, strict=False):
         _along(ax, batch, name)
     axes[-1].set_xlabel("specimen, in the order of their files")
+    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     if shown:
         axes[0].legend(loc="upper left", bbox_to_anchor=(-0.02, 1.24), ncols=3, borderaxespad=0, columnspacing=1.0)
     return fig
