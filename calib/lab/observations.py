@@ -17,6 +17,7 @@ from calib.lab.instruments import IntArray, LabTable
 from calib.lab.limits import contact_of, limits_of
 from calib.lab.part import FEWEST_ROWS, OF_CYCLE, check_contact, nothing_left, nothing_tells, used_cycles, why_not
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
+from calib.lab.signal import increasing_rows
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.stages_told import stages_told
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
@@ -117,6 +118,7 @@ def beside_tester(tester: Observations, meter: Observations, offset: float) -> O
     assert tester.displacement is not None
     assert meter.time is not None
     known = np.flatnonzero(np.isfinite(tester.time) & np.isfinite(tester.displacement))
+    known = known[increasing_rows(tester.time[known])]
     at = meter.time + offset
     times = tester.time[known]
     there = np.isfinite(at) & (at >= times[0]) & (at <= times[-1])
