@@ -54,7 +54,8 @@ def learn_error(
 ) -> tuple[Network, FloatArray]:
     """Learn from what a fit missed how large its error is for any design, and how it goes along the path.
 
-    The network's scale is that of the scores of paths by networks trained without them, a quarter of the paths at a time.
+    The network's scale along the path is that of the scores of paths by networks trained without them, a quarter of the paths
+    at a time.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def learn_error(
     def scores(network: Network, rows: BoolArray) -> FloatArray:
         return np.asarray(missed[rows] / np.exp((network(features[rows])[:, None] @ along[rows])[:, 0]))
 
-    network, _ = scaled(trained, scores, np.repeat(rng.permutation(n_path), len(s) // n_path))
+    network = _even_along(*scaled(trained, scores, np.repeat(rng.permutation(n_path), len(s) // n_path)), s)
 
     # A handful of wild paths must not make the correlation.
     clipped = np.clip(scores(network, np.ones(len(s), dtype=bool)), -4, 4)
@@ -104,3 +105,20 @@ def learn_error(
     short = np.linalg.norm(terms @ smooth, axis=1, keepdims=True)
     smooth = np.linalg.lstsq(terms, terms @ smooth / short, rcond=None)[0]
     return network, np.asarray(smooth.T)
+
+
+def _even_along(network: Network, scores: FloatArray, s: FloatArray) -> Network:
+    """The network with the scale at which 90 % of scores (n, n_depth) at places s are in its band all along the path.
+
+    Logarithms of what is missed say how large it is in the middle of many, not how far the largest lie out, and these do not
+    lie out as far at every depth.
+    """
+    sizes, terms = np.abs(scores), depth_terms(_WINDOWS, N_ERROR_TERMS)
+    reach = (_WINDOWS[1] - _WINDOWS[0]) / 2
+    scales = np.array([np.nanquantile(sizes[np.abs(s - middle) <= reach], 0.9) for middle in _WINDOWS]) / Z90
+    change = np.log(scales) @ np.linalg.pinv(terms.T).T
+    left = sizes / np.exp(change @ depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS))
+    last = network.layers[-1].copy()
+    last[-1] += np.float32(change)
+    last[-1, 0] += np.float32(np.log(np.nanquantile(left, 0.9) / Z90))
+    return Network(network.centre, network.width, (*network.layers[:-1], last))
