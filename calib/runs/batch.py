@@ -65,8 +65,8 @@ from models.response import Forward
 #: Names of the files of a batch: a line for each specimen as it comes, and what they say together.
 LINES, TABLE, RECORD, PAGE = "inspected.jsonl", "batch.csv", "batch.json", "batch.html"
 
-#: Raise it with every change that makes the numbers of a specimen others.
-BATCH_VERSION = 5
+#: Raise it with every change that makes the numbers or the light of a specimen others.
+BATCH_VERSION = 6
 
 _LINE, _KIND, _OF = "inspected specimen", "batch", "batch of"
 # Processor time that a specimen takes where none has been inspected yet [s].
