@@ -205,9 +205,9 @@ def conditions_of_next(posterior: Posterior, forward: Forward, force: float, see
     posterior, forward, force, seed : as of `expected_of`.
     """
     part = _next_ones(posterior, forward, seed)
-    balls = sorted({sweep.indenter_radius for sweep in posterior.sweeps})
+    balls = [sweep.indenter_radius for sweep in posterior.sweeps]
     padding = float(np.median(np.asarray(part.base.padding.thickness)))
-    model = conditions_of([part], padding, (balls[0], balls[-1]) if len(balls) > 1 else balls, electrode_chosen=True)
+    model = conditions_of([part], padding, sorted({min(balls), max(balls)}), electrode_chosen=True)
     return (_of_instruments(posterior, part, forward, force), *model)
 
 

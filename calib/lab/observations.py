@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,6 @@ from calib.lab.instruments import IntArray, LabTable
 from calib.lab.limits import contact_of, limits_of
 from calib.lab.part import FEWEST_ROWS, OF_CYCLE, check_contact, nothing_left, nothing_tells, used_cycles, why_not
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
-from calib.lab.signal import increasing_rows
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.stages_told import stages_told
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
@@ -99,43 +98,6 @@ class Observations:
         named |= {f"{name}_{CHANNELS[name].unit}".rstrip("_"): values for name, values in self.channels.items()}
         frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})
         return frame.assign(branch=list(self.branch), cycle=self.cycle, used=self.used, reason=list(self.reason))
-
-
-def beside_tester(tester: Observations, meter: Observations, offset: float) -> Observations:
-    """A meter's log with times alone as one that has the crosshead's displacement, and the parts of the press, beside it.
-
-    Parameters
-    ----------
-    tester : of the same press, with time and displacement.
-    meter : the log.
-    offset : [s], clock of the tester minus clock of the meter.
-
-    Returns
-    -------
-    The log; where the tester recorded nothing its displacement is nan, and nothing is used.
-    """
-    assert tester.time is not None
-    assert tester.displacement is not None
-    assert meter.time is not None
-    known = np.flatnonzero(np.isfinite(tester.time) & np.isfinite(tester.displacement))
-    known = known[increasing_rows(tester.time[known])]
-    at = meter.time + offset
-    times = tester.time[known]
-    there = np.isfinite(at) & (at >= times[0]) & (at <= times[-1])
-    behind = np.clip(np.searchsorted(times, np.where(there, at, times[0])), 0, known.size - 1)
-    beside = known[behind]
-    return replace(
-        meter,
-        displacement=np.where(there, np.interp(at, times, tester.displacement[known]), np.nan),
-        branch=tuple(tester.branch[k] if inside else "" for k, inside in zip(beside, there, strict=True)),
-        cycle=np.where(there, tester.cycle[beside], 0),
-        n_cycle=tester.n_cycle,
-        use=tester.use,
-        used_cycles=tester.used_cycles,
-        loading=there & tester.loading[beside],
-        used=there & tester.used[beside] & meter.used,
-        reason=tuple(tester.reason[k] if inside else "beside no record" for k, inside in zip(beside, there, strict=True)),
-    )
 
 
 def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:

@@ -10,13 +10,13 @@ import numpy as np
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.files import real_path
-from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
+from calib.lab.clocks import ClockOffset, beside_tester, clock_offset, loading_window, record
 from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.lab.limits import contact_of
 from calib.lab.observations import Observations, observe, usable_rows, why_left_out
 from calib.lab.onset import coarse_onset
 from calib.lab.points import over_displacement, over_force, over_time
-from calib.lab.quality import judge, judge_by_clock
+from calib.lab.quality import judge, judge_return
 from calib.lab.reduction import NoiseEstimate, reduce_channel
 from calib.lab.signal import first_crest, increasing_rows, smoothed_record
 from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
@@ -114,7 +114,7 @@ def make_sweep(
                 raise InputError(_discrete(clock, tester, lcr))
             offset, offset_sd = clock.value, clock.sd
             notes += clock.evidence
-            grades += judge_by_clock(tester, lcr, offset)
+            grades += judge_return(beside_tester(tester, lcr, offset))
             track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
         for channel in lcr.channels:
             if channel == "force":

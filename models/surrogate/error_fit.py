@@ -11,8 +11,9 @@ from models.surrogate.coordinates import N_DEPTH_TERMS, S_END, depth_terms
 from models.surrogate.network import Network, least_squares, train_network
 from models.surrogate.pressed import N_ERROR_MODES, N_ERROR_TERMS, N_MODE_TERMS
 
-#: Windows in s over which what a fit missed is averaged: their middles.
+#: Windows in s over which what a fit missed is averaged: their middles, and how far they reach to either side.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
+_REACH = (_WINDOWS[1] - _WINDOWS[0]) / 2
 
 # Most steps of the training of the error's networks, for each path, and parts of the paths that are left out in turn.
 _ERROR_STEPS = 15
@@ -44,9 +45,19 @@ def scaled(
         unseen[part == k] = own
     scale = float(np.nanquantile(np.abs(unseen), 0.9)) / Z90
     network = trained(np.ones(len(part), dtype=bool))
+    return _raised(network, np.array([np.log(scale)])), unseen / scale
+
+
+def _raised(network: Network, by: FloatArray) -> Network:
+    """The network with so much more (n,) in the first of its outputs, whatever goes in."""
     last = network.layers[-1].copy()
-    last[-1, 0] += np.float32(np.log(scale))
-    return Network(network.centre, network.width, (*network.layers[:-1], last)), unseen / scale
+    last[-1, : by.size] += by.astype(np.float32)
+    return Network(network.centre, network.width, (*network.layers[:-1], last))
+
+
+def _through_windows(values: FloatArray) -> FloatArray:
+    """Terms along the path (..., N_ERROR_TERMS) through values (..., n_window): three through five, no wild ends."""
+    return np.asarray(values @ np.linalg.pinv(depth_terms(_WINDOWS, N_ERROR_TERMS).T).T)
 
 
 def learn_error(
@@ -72,13 +83,12 @@ def learn_error(
     """
     squares = np.full((len(s), _WINDOWS.size), np.nan)
     for k, middle in enumerate(_WINDOWS):
-        near = np.abs(s - middle) <= (_WINDOWS[1] - _WINDOWS[0]) / 2
+        near = np.abs(s - middle) <= _REACH
         total = np.sum(np.where(near, missed, 0.0) ** 2, axis=1)
         np.divide(total, near.sum(axis=1), out=squares[:, k], where=near.any(axis=1))
     logs = np.log(np.maximum(squares, 1e-12)) / 2
     logs = np.where(np.isfinite(logs), logs, np.nanmean(logs, axis=1, keepdims=True))
-    # Three terms through five windows: no wild ends.
-    wanted = logs @ np.linalg.pinv(depth_terms(_WINDOWS, N_ERROR_TERMS).T).T
+    wanted = _through_windows(logs)
     along = depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS)
 
     def trained(rows: BoolArray) -> Network:
@@ -113,12 +123,9 @@ def _even_along(network: Network, scores: FloatArray, s: FloatArray) -> Network:
     Logarithms of what is missed say how large it is in the middle of many, not how far the largest lie out, and these do not
     lie out as far at every depth.
     """
-    sizes, terms = np.abs(scores), depth_terms(_WINDOWS, N_ERROR_TERMS)
-    reach = (_WINDOWS[1] - _WINDOWS[0]) / 2
-    scales = np.array([np.nanquantile(sizes[np.abs(s - middle) <= reach], 0.9) for middle in _WINDOWS]) / Z90
-    change = np.log(scales) @ np.linalg.pinv(terms.T).T
+    sizes = np.abs(scores)
+    scales = np.array([np.nanquantile(sizes[np.abs(s - middle) <= _REACH], 0.9) for middle in _WINDOWS]) / Z90
+    change = _through_windows(np.log(scales))
     left = sizes / np.exp(change @ depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS))
-    last = network.layers[-1].copy()
-    last[-1] += np.float32(change)
-    last[-1, 0] += np.float32(np.log(np.nanquantile(left, 0.9) / Z90))
-    return Network(network.centre, network.width, (*network.layers[:-1], last))
+    change[0] += np.log(np.nanquantile(left, 0.9) / Z90)
+    return _raised(network, change)

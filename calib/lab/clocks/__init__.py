@@ -2,7 +2,7 @@
 
 from calib.lab.clocks.estimate import clock_offset
 from calib.lab.clocks.offset import ClockOffset, Confidence
-from calib.lab.clocks.records import loading_window, record
+from calib.lab.clocks.records import beside_tester, loading_window, record
 from calib.lab.clocks.way_back import draw_once_turned
 
-__all__ = ["ClockOffset", "Confidence", "clock_offset", "draw_once_turned", "loading_window", "record"]
+__all__ = ["ClockOffset", "Confidence", "beside_tester", "clock_offset", "draw_once_turned", "loading_window", "record"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,6 +42,38 @@ def record(tester: Observations, *, whole: bool = False) -> tuple[FloatArray, Fl
     rows = np.flatnonzero(finite & sound & (whole | (tester.cycle <= max(tester.used_cycles, default=0))))
     rows = rows[increasing_rows(tester.time[rows])]
     return tester.time[rows], tester.displacement[rows], tester.force[rows], rows
+
+
+def beside_tester(tester: Observations, meter: Observations, offset: float) -> Observations:
+    """A meter's log with times alone as one that has the crosshead's displacement, and the parts of the press, beside it.
+
+    Parameters
+    ----------
+    tester : of the same press, with time, displacement and force.
+    meter : the log.
+    offset : [s], clock of the tester minus clock of the meter.
+
+    Returns
+    -------
+    The log; where the tester recorded nothing its displacement is nan, and nothing is used.
+    """
+    assert meter.time is not None
+    time, displacement, _, rows = record(tester, whole=True)
+    at = meter.time + offset
+    there = (at >= time[0]) & (at <= time[-1])
+    beside = rows[np.searchsorted(time, np.where(there, at, time[0]))]
+    return replace(
+        meter,
+        displacement=np.where(there, np.interp(at, time, displacement), np.nan),
+        branch=tuple(tester.branch[k] if inside else "" for k, inside in zip(beside, there, strict=True)),
+        cycle=np.where(there, tester.cycle[beside], 0),
+        n_cycle=tester.n_cycle,
+        use=tester.use,
+        used_cycles=tester.used_cycles,
+        loading=there & tester.loading[beside],
+        used=there & tester.used[beside] & meter.used,
+        reason=tuple(tester.reason[k] if inside else "beside no record" for k, inside in zip(beside, there, strict=True)),
+    )
 
 
 @dataclass(frozen=True, eq=False)

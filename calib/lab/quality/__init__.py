@@ -6,7 +6,7 @@ the specimen is still on the bench. Every check gives a number whether or not it
 """
 
 from calib.lab.quality.grade import Grade, Level, worst_first
-from calib.lab.quality.judgement import judge, judge_by_clock
+from calib.lab.quality.judgement import judge, judge_return
 from calib.lab.quality.material import LIGHT_RIG
 from calib.lab.quality.words import check_name, grade_rows, number_text, quality_in_words
 
@@ -17,7 +17,7 @@ __all__ = [
     "check_name",
     "grade_rows",
     "judge",
-    "judge_by_clock",
+    "judge_return",
     "number_text",
     "quality_in_words",
     "worst_first",

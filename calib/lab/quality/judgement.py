@@ -1,9 +1,9 @@
-"""From the observations of a lab file, or of two of one press, to all grades on them: which checks are made, in which order."""
+"""From the observations of one lab file to all grades on them: which checks are made, and in which order."""
 
 from __future__ import annotations
 
 from calib.catalogue import responds
-from calib.lab.observations import Observations, beside_tester
+from calib.lab.observations import Observations
 from calib.lab.quality.contact import check_drift, check_load_zero, check_return, check_start
 from calib.lab.quality.grade import Grade
 from calib.lab.quality.leap import check_leap
@@ -64,20 +64,17 @@ def judge(
     return tuple(v for v in grades if v is not None)
 
 
-def judge_by_clock(tester: Observations, meter: Observations, offset: float) -> tuple[Grade, ...]:
+def judge_return(beside: Observations) -> tuple[Grade, ...]:
     """Say of a meter's log with times alone what shows only where the tester's record tells when the ball was away.
 
     Parameters
     ----------
-    tester : of the same press, with time and displacement.
-    meter : its log.
-    offset : [s], clock of the tester minus clock of the meter.
+    beside : the log, from `calib.lab.clocks.beside_tester`.
 
     Returns
     -------
     One grade for each channel that was read out of contact before and after the press.
     """
-    beside = beside_tester(tester, meter, offset)
     branches = (loading_branch(beside, name) for name in beside.channels)
     grades = (check_return(beside, c) for c in branches if c is not None and c.span > NO_SIGNAL * c.noise)
     return tuple(v for v in grades if v is not None)
