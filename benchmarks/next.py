@@ -277,7 +277,7 @@ def held(layout: str, seed: int, kinds: Sequence[str]) -> dict[str, Any]:
     for kind, (_, candidate) in best.items():
         after = made(candidate, problem, truth, left, rng)
         seen = None if after is None else looked(after)
-        share = variance(with_measurement(present, candidate)) / before
+        share = min(variance(with_measurement(present, candidate)) / before, 1.0)
         of = {"minutes": candidate.minutes, "expected": float(np.sqrt(share)) * sd, "came": None, "error": None}
         if seen is not None:
             mean, of["came"] = modulus_of(seen)

@@ -7,7 +7,8 @@ Given the scales u (noises, discrepancies, and the spread of a lot) what is not 
 P what is believed before the data, I what all readings tell (`calib.sampling.expected`). A press adds its own information, and
 its own unknowns; a quantity that is read by itself with the sd s adds (dvalue/dz)^2 / s^2. What the model leaves out of a press
 it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others,
-as it does in a calibration.
+as it does in a calibration. One that is deeper than these makes the calibration take that misfit for smoother than it is, and
+larger (`calib.sampling.deeper`), for all of its sweeps.
 """
 
 from __future__ import annotations
@@ -22,8 +23,11 @@ from calib.decision.candidate import Candidate
 from calib.decision.known import Known
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at, specimen_and_ball
-from calib.sampling import expected_information
+from calib.sampling import discrepancies_with, expected_information
 from models.sensor import FloatArray
+
+# Of more presses than these one that is deeper hardly tells how large discrepancies are.
+_FEW_PRESSES = 8
 
 #: C g (n_draw, n_state, n_part) of slopes g (n_state, n_part), of the unknowns before a measurement and the lot's values.
 CovarianceTimes = Callable[[FloatArray], FloatArray]
@@ -93,6 +97,11 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     draws[:, :n] = present.draws
     *before, new = candidate.problem.plans
     alike = [k for k, plan in enumerate(before) if specimen_and_ball(plan.sweep) == specimen_and_ball(new.sweep)]
+    if alike and len(before) <= _FEW_PRESSES:
+        other = discrepancies_with(candidate.problem, candidate.middle, draws)
+        if not np.array_equal(other, draws):
+            told = expected_information(candidate.problem, candidate.problem.plans, candidate.middle, other)
+            return Knowledge(candidate.problem, candidate.middle, other, present.spread, told)
     more = expected_information(candidate.problem, [*(before[k] for k in alike), new], candidate.middle, draws)
     if alike:  # what the new one tells to who knows the others, by themselves
         known = [present.problem.plans[k] for k in alike]

@@ -33,7 +33,7 @@ from calib.problem.prior import (
 )
 from calib.problem.problem import Problem, build_problem, outside_faults, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
-from calib.problem.repeats import log_normal_sweeps, put_together
+from calib.problem.repeats import Together, log_normal_sweeps, put_together
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
@@ -64,6 +64,7 @@ __all__ = [
     "Scopes",
     "SweepModel",
     "SweepPlan",
+    "Together",
     "UnknownTable",
     "as_next_specimen",
     "as_unmeasured_specimen",

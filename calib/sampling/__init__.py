@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from calib.sampling.assess import BLOCK_STEPS
     from calib.sampling.checkpoint import is_begun, kept_blocks, kept_identity, whose_checkpoint
     from calib.sampling.coordinates import MANY_SPECIMENS
+    from calib.sampling.deeper import discrepancies_with
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.expected import expected_information
@@ -79,6 +80,7 @@ __all__ = [
     "climb_from",
     "coverage_intervals",
     "differences",
+    "discrepancies_with",
     "expected_information",
     "first_answer",
     "given_chains",
@@ -130,6 +132,7 @@ __getattr__ = on_demand(
             "Gate",
             "summarise",
         ),
+        ".deeper": ("discrepancies_with",),
         ".findings": (
             "SENSITIVE",
             "SHIFT_LIMIT",

@@ -27,7 +27,7 @@ class Group:
     coordinate : from values of the parameter, smooth and finite for all; 0 where the parameter is `plain`.
     value : from the coordinate to the parameter.
     end : largest coordinate covered.
-    most : largest that there is.
+    most : largest that there is to learn from.
     plain : value of the parameter in families without this group.
     plain_words : what has it.
     step : of the parameter, that counts as much.
@@ -66,7 +66,8 @@ def _saturated(coordinate: Values, scale: float) -> Values:
 
 #: Friction on the base at which the paper's sensor is about three quarters of the way from a slippery base to a bonded one.
 BASE_FRICTION_SCALE = 1.2
-_MOST_BASE_FRICTION = 1.5
+#: Beyond it the rim of the disc holds, and curves jump: `models.fem.sliding`.
+_MOST_BASE_FRICTION = float(np.tanh(1.5 / BASE_FRICTION_SCALE))
 
 #: What a padding lacks to incompressible, 1 - 2 nu, at which it is about half way from incompressible to a ratio of 0.
 _COMPRESSIBLE = 0.2
@@ -108,15 +109,14 @@ POISSON_RATIO = Group(
     "incompressible padding",
     0.1,
 )
-#: Coulomb's friction f_b of the padding on its base, from none to 1.5. Beyond it the rim of the disc holds, and curves jump:
-#: `models.fem.sliding`.
+#: Coulomb's friction f_b of the padding on its base, from none to 1.5: no path is learnt from beyond that.
 BASE_FRICTION = Group(
     "base_friction_coefficient",
     f"tanh(f_b/{BASE_FRICTION_SCALE:g})",
     partial(_saturating, scale=BASE_FRICTION_SCALE),
     partial(_saturated, scale=BASE_FRICTION_SCALE),
-    float(np.tanh(_MOST_BASE_FRICTION / BASE_FRICTION_SCALE)),
-    1.0,
+    _MOST_BASE_FRICTION,
+    _MOST_BASE_FRICTION,
     0.0,
     "a base without friction",
     BASE_FRICTION_SCALE,

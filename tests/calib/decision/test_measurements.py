@@ -28,7 +28,18 @@ from calib.decision.wanted_presses import largest_load
 from calib.errors import InputError
 from calib.experiment import Bench, Limit, Specification, experiment_from, read_experiment
 from calib.priors import HalfNormal, Normal, TruncatedNormal, Uniform
-from calib.problem import Problem, SweepPlan, build_problem, columns_at, plan_sweep, plan_sweeps
+from calib.problem import (
+    CORRELATION_LENGTH,
+    Problem,
+    SweepPlan,
+    build_problem,
+    columns_at,
+    model_sweeps,
+    plan_sweep,
+    plan_sweeps,
+    put_together,
+    values_at,
+)
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import (
     Diagnostics,
@@ -36,6 +47,7 @@ from calib.sampling import (
     Look,
     ParameterSummary,
     Posterior,
+    discrepancies_with,
     expected_information,
     look_at,
 )
@@ -202,6 +214,42 @@ def test_after_the_same_press_once_more_a_calibration_is_about_as_sure_as_was_ex
     came = _sd_of_modulus(look_at(replace(candidate.problem, sweeps=sweeps, plans=plan_sweeps(sweeps)))) / _sd_of_modulus(look)
     # As if what the model leaves out were drawn anew it would be 0.76.
     assert _share(known, candidate) == pytest.approx(came, abs=0.1)
+
+
+def test_misfit_that_a_deeper_press_repeats_is_found_as_much_larger_as_was_expected(look: Look) -> None:
+    known = _known(look)
+    candidate = next(c for c in candidates_of(known, Bench())[0] if c.kind == "force")
+    problem, draws = candidate.problem, candidate.middle[None].copy()
+    assert problem is not None
+    k = problem.names.index("force_discrepancy")
+    prior = problem.parameters[k].prior
+    draws[0, k] = prior.to_normal(np.array(0.01))
+    expected = float(prior.ppf_normal(discrepancies_with(problem, candidate.middle, draws)[0, k])) / 0.01
+    models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, draws))
+    (some,) = put_together(problem.plans, models)
+    own, depth = some.readings.discrepancy, some.readings.depth[0]
+    assert own is not None
+    # What is so: the misfit stays alike over a share of the first press, and is taken to over one of the deeper press.
+    length = CORRELATION_LENGTH * np.max(depth[: some.presses[0]])
+    so = np.outer(own.sd[0], own.sd[0]) * np.exp(-0.5 * ((depth[:, None] - depth) / length) ** 2)
+    modes = own.sd[0][:, None] * own.correlation.modes[0]
+    noise = np.diag(some.readings.variance[0])
+    misses = np.random.default_rng(2).multivariate_normal(np.zeros(depth.size), noise + so, 400)
+    factors = np.exp(np.linspace(0.0, 2.0, 81))
+    densities = []
+    for c in factors:
+        taken = noise + c**2 * modes @ modes.T
+        densities.append(-0.5 * (np.linalg.slogdet(taken)[1] + np.sum(misses * np.linalg.solve(taken, misses.T).T, axis=1)))
+    assert 1.2 < expected < 3
+    assert factors[np.argmax(np.mean(densities, axis=1))] == pytest.approx(expected, rel=0.1)
+
+
+def test_a_press_no_deeper_leaves_discrepancies_as_they_are(look: Look) -> None:
+    known = _known(look)
+    candidate = next(c for c in candidates_of(known, Bench())[0] if c.kind == "repeat")
+    assert candidate.problem is not None
+    draws = np.tile(candidate.middle, (4, 1))
+    assert np.array_equal(discrepancies_with(candidate.problem, candidate.middle, draws), draws)
 
 
 def test_reading_a_quantity_as_badly_as_it_is_known_tells_nothing_and_exactly_as_much_as_fixing_it(look: Look) -> None:

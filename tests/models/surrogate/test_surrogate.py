@@ -65,6 +65,10 @@ def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(famil
     for error in (result.force_error, result.change_error):
         assert np.median(np.abs(error)) < 5e-3
         assert np.quantile(np.abs(error), 0.95) < 0.03
+    assert (result.share_error is not None) is family.signed
+    if result.share_error is not None:  # over a foam less than over incompressible padding, or more by next to nothing
+        assert np.all(np.abs(result.share_error) < 1.2 * np.abs(result.change_error) + 1e-9)
+        assert result.table()[2][0] == "change over that of the family it adds to"
 
 
 def test_a_band_that_fails_in_one_part_of_the_range_is_seen_in_its_sub_box() -> None:
