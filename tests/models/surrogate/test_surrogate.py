@@ -78,9 +78,22 @@ def test_a_band_that_fails_in_one_part_of_the_range_is_seen_in_its_sub_box() -> 
     score[soft] *= 3
     coordinates = {"E_p/E": np.repeat(np.arange(n)[:, None] + 1.0, 20, axis=1)}
     found = Validation(1e-3 * score, 2e-3 * score, score, score / 3, coordinates, ())
-    assert [row[3] for row in found.boxes()] == ["0.0 %", "100.0 %", "100.0 %", "100.0 %"]
-    assert [row[4] for row in found.boxes()] == ["100.0 %"] * 4
+    assert [row[3] for row in found.boxes()] == ["0.0 ± 0.0 %", *["100.0 ± 0.0 %"] * 3]
+    assert [row[4] for row in found.boxes()] == ["100.0 ± 0.0 %"] * 4
     assert found.boxes()[0][0] == "E_p/E 1 to 101"
+
+
+def test_a_share_of_few_designs_is_known_as_well_as_there_are_designs() -> None:
+    rng = np.random.default_rng(5)
+    shares, errors = [], []
+    for _ in range(200):  # of each design all points are missed, or none
+        score = np.repeat(rng.standard_normal((40, 1)), 20, axis=1)
+        found = Validation(score, score, score, score, {"a/R": np.ones((40, 20))}, ())
+        share, error = found.boxes()[0][3].removesuffix(" %").split(" ± ")
+        shares.append(float(share))
+        errors.append(float(error))
+    assert np.mean(shares) == pytest.approx(90.0, abs=1.0)
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.std(shares), rel=0.15)
 
 
 def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped: Surrogate) -> None:
