@@ -76,8 +76,8 @@ class Validation:
     def boxes(self) -> list[tuple[str, str, str, str, str]]:
         """The same in sub-boxes of the range, where a band that holds over all may not: quarters of points by each coordinate.
 
-        Rows: coordinate with its quarter, 95 % of the absolute error of force and of the change, and their coverage of 90 %, each
-        with its standard error as a share of so few designs: what is missed of one goes together along its path.
+        Rows: coordinate with its quarter, 95 % of the absolute error of force and of the change, and their coverage of 90 %,
+        each with its standard error as a share of so few designs: what is missed of one goes together along its path.
         """
         rows = []
         for name, values in self.coordinates.items():
