@@ -40,6 +40,9 @@ PARTS: dict[str, Part] = {
 #: Cases of each part; 0 for all there are.
 FULL = {"kills": 100, "operations": 0, "doubles": 100, "damages": 2000, "bytes": 400, "signals": 100, "abuse": 0}
 
+# For so many cases of a part it takes longer to rehearse commands than it saves.
+_FEW = 3
+
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the parts that are asked for; 1 if anything is not right."""
@@ -62,7 +65,8 @@ def main(words: Sequence[str] | None = None) -> int:
     # No TemporaryDirectory, which every fork would remove when it ends.
     lab = Lab((options.folder or Path(tempfile.mkdtemp(prefix="calib-crash-"))).resolve(), options.cold)
     lab.folder.mkdir(parents=True, exist_ok=True)
-    lab.rehearse()
+    if not options.again and (options.n is None or options.n > _FEW):
+        lab.rehearse()
     try:
         if options.again:
             case = PARTS[options.again[0]].case(lab, int(options.again[1]))
