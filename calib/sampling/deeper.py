@@ -24,6 +24,8 @@ from models.sensor import FloatArray
 
 # Factors c that are tried, 1 among them: 0.5 to 20.
 _FACTORS = np.exp(0.05 * np.arange(-14, 61))
+# No discrepancy is found beyond where its prior hardly goes, in its standard deviations.
+_MOST = 4.0
 # Added to the diagonal of a correlation so that it has a root.
 _JITTER = 1e-9
 
@@ -64,7 +66,8 @@ def discrepancies_with(problem: Problem, at: FloatArray, draws: FloatArray) -> F
             if info.parameter == f"{name}_discrepancy":
                 factor = _FACTORS[np.argmin(of_factors, axis=1)]
                 larger = info.prior.to_normal(factor * info.prior.ppf_normal(draws[:, k]))
-                found[:, k] = np.where(factor == 1, draws[:, k], larger)
+                most = np.maximum(draws[:, k], _MOST)
+                found[:, k] = np.where(factor == 1, draws[:, k], np.fmin(larger, most))
     return found
 
 

@@ -27,7 +27,7 @@ from calib.decision.specified import conform
 from calib.decision.wanted_presses import largest_load
 from calib.errors import InputError
 from calib.experiment import Bench, Limit, Specification, experiment_from, read_experiment
-from calib.priors import HalfNormal, Normal, TruncatedNormal, Uniform
+from calib.priors import HalfNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import (
     CORRELATION_LENGTH,
     Problem,
@@ -242,6 +242,20 @@ def test_misfit_that_a_deeper_press_repeats_is_found_as_much_larger_as_was_expec
         densities.append(-0.5 * (np.linalg.slogdet(taken)[1] + np.sum(misses * np.linalg.solve(taken, misses.T).T, axis=1)))
     assert 1.2 < expected < 3
     assert factors[np.argmax(np.mean(densities, axis=1))] == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize("prior", [HalfNormal(2e-4), Uniform(0.0, 5e-4)], ids=lambda p: p.kind)
+def test_no_discrepancy_is_expected_beyond_where_its_prior_goes(look: Look, prior: Prior) -> None:
+    known = _known(look)
+    problem = next(c for c in candidates_of(known, Bench())[0] if c.kind == "force").problem
+    assert problem is not None
+    k = problem.names.index("force_discrepancy")
+    infos = tuple(replace(info, prior=prior) if n == k else info for n, info in enumerate(problem.parameters))
+    draws = np.zeros((5, len(infos)))
+    draws[:, k] = [-3.0, 0.0, 2.0, 3.5, 4.5]
+    found = discrepancies_with(replace(problem, parameters=infos), np.zeros(len(infos)), draws)[:, k]
+    assert np.all(np.isfinite(found))
+    assert np.all(found <= np.maximum(draws[:, k], 4.0))
 
 
 def test_a_press_no_deeper_leaves_discrepancies_as_they_are(look: Look) -> None:
