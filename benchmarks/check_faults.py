@@ -25,7 +25,7 @@ from calib.errors import InputError
 from calib.experiment import Experiment, Specimen, SweepFiles, forward_of_experiment, read_experiment
 from calib.lab import Points, Sweep
 from calib.priors import Prior, default_prior, parse_prior
-from calib.problem import build_problem
+from calib.problem import build_problem, correlation_between
 from calib.problem.synthetic import Rig, synthetic_sweep
 from models.response import Forward, OutOfRangeError
 from models.sensor import design_from
@@ -132,7 +132,7 @@ def _with_discrepancies(
 ) -> Sweep:
     """The sweep with what the model leaves out: shares of force and capacitance change that are alike over 0.3 of the depth."""
     at = np.linspace(0.0, 1.0, POINTS)
-    root = np.linalg.cholesky(np.exp(-0.5 * ((at[:, None] - at) / 0.3) ** 2) + 1e-9 * np.eye(POINTS))
+    root = np.linalg.cholesky(correlation_between(at, at) + 1e-9 * np.eye(POINTS))
     channels = dict(sweep.channels)
     for name, rest in (("force", zero), ("capacitance", None)):
         if name in channels:

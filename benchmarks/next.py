@@ -266,18 +266,17 @@ def held(layout: str, seed: int, kinds: Sequence[str]) -> dict[str, Any]:
         "error": mean - true,
         "linear": float(np.sqrt(before) / np.sqrt(np.var(known.draws @ slope))),
     }
-    best: dict[str, tuple[float, Candidate]] = {}
+    best: dict[str, tuple[float, float, Candidate]] = {}
     for candidate in candidates_of(known, Bench())[0]:
         if kinds and candidate.kind not in kinds:
             continue
         share = variance(with_measurement(present, candidate)) / before
         rate = (1 - np.sqrt(share)) / candidate.minutes
         if candidate.kind not in best or rate > best[candidate.kind][0]:
-            best[candidate.kind] = (float(rate), candidate)
-    for kind, (_, candidate) in best.items():
+            best[candidate.kind] = (float(rate), min(share, 1.0), candidate)
+    for kind, (_, share, candidate) in best.items():
         after = made(candidate, problem, truth, left, rng)
         seen = None if after is None else looked(after)
-        share = min(variance(with_measurement(present, candidate)) / before, 1.0)
         of = {"minutes": candidate.minutes, "expected": float(np.sqrt(share)) * sd, "came": None, "error": None}
         if seen is not None:
             mean, of["came"] = modulus_of(seen)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from calib.priors import default_prior
-from calib.problem import CORRELATION_LENGTH
+from calib.problem import correlation_between
 from models.sensor import FloatArray
 from simulated.faulty import Curve
 
@@ -39,8 +39,7 @@ def curve_off(curve: Curve, width: Mapping[str, float], rng: np.random.Generator
     rng : of the processes.
     """
     share = curve.force.x**2 / curve.force.x[-1] ** 2
-    covariance = np.exp(-0.5 * ((share[:, None] - share) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(covariance)
+    value, vector = np.linalg.eigh(correlation_between(share, share))
 
     def process() -> FloatArray:
         return np.asarray(vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(share.size)), dtype=float)

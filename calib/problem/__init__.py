@@ -21,7 +21,7 @@ from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, NewcomerUnknown, newcomer_experiment, newcomer_of, template_of
 from calib.problem.next_specimen import as_next_specimen, as_unmeasured_specimen, padding_about_mean
-from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps, specimen_and_ball
+from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, correlation_between, plan_sweep, plan_sweeps, specimen_and_ball
 from calib.problem.prior import (
     log_prior,
     log_prior_as_normal,
@@ -74,6 +74,7 @@ __all__ = [
     "chi_square",
     "columns_at",
     "coordinates_of",
+    "correlation_between",
     "given_other_points",
     "glances",
     "levels_of_blocks",

@@ -170,9 +170,9 @@ def shared_correlation(x: FloatArray) -> Correlation:
 def _table() -> tuple[FloatArray, FloatArray]:
     """The modes of (1) over the share of depth, (n_step + 1, n_mode), and from each row to the next, (n_step, n_mode)."""
     nodes, x = np.linspace(0.0, _END, _NODES), np.linspace(0.0, _END, _STEPS + 1)
-    value, vector = np.linalg.eigh(_alike(nodes, nodes))
+    value, vector = np.linalg.eigh(correlation_between(nodes, nodes))
     kept = value > _LEAST_EIGENVALUE * value[-1]
-    features = _alike(x, nodes) @ (vector[:, kept] / np.sqrt(value[kept]))
+    features = correlation_between(x, nodes) @ (vector[:, kept] / np.sqrt(value[kept]))
     value, vector = np.linalg.eigh(features.T @ features)
     value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
     rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
@@ -180,9 +180,14 @@ def _table() -> tuple[FloatArray, FloatArray]:
     return table, np.diff(table, axis=0)
 
 
-def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
-    """Correlation (1) of depths, (n_x, n_other)."""
-    return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
+def correlation_between(x: FloatArray, others: FloatArray) -> FloatArray:
+    """Correlation (1) of the discrepancy at depths and at others, (..., n_x, n_other).
+
+    Parameters
+    ----------
+    x, others : depths as shares of the largest, (..., n_x) and (..., n_other).
+    """
+    return np.asarray(np.exp(-0.5 * ((x[..., :, None] - others[..., None, :]) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 
 def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
@@ -282,8 +287,7 @@ def _correlation(along: FloatArray) -> Correlation:
     """Squared-exponential correlation over nominal depth (any scale, zero at contact) with its large eigenvectors."""
     deepest = float(np.max(along))
     x = np.clip(along / deepest, 0.0, 1.0) if deepest > 0 else np.zeros(along.size)
-    k = np.exp(-0.5 * ((x[:, None] - x) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(k)
+    value, vector = np.linalg.eigh(correlation_between(x, x))
     value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
     rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
     modes = vector[:, :rank] * np.sqrt(value[:rank])

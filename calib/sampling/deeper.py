@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import CORRELATION_LENGTH, Problem, Together, model_sweeps, put_together, values_at
+from calib.problem import Problem, Together, correlation_between, model_sweeps, put_together, values_at
 from calib.sampling.laplace import weighed
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
@@ -91,6 +91,6 @@ def _divergence(some: Together, *, deeper: bool) -> FloatArray:
 def _roots_by_the_others(some: Together) -> FloatArray:
     """Triangular roots of the correlation at all points, over the length by the presses but the last, (n_draw, n, n)."""
     depth = some.readings.depth
-    length = CORRELATION_LENGTH * np.max(depth[:, : -some.presses[-1]], axis=1)[:, None, None]
-    alike = np.exp(-0.5 * ((depth[:, :, None] - depth[:, None, :]) / length) ** 2)
-    return np.asarray(np.linalg.cholesky(alike + _JITTER * np.eye(depth.shape[1])), dtype=float)
+    share = depth / np.max(depth[:, : -some.presses[-1]], axis=1, keepdims=True)
+    correlation = correlation_between(share, share)
+    return np.asarray(np.linalg.cholesky(correlation + _JITTER * np.eye(depth.shape[1])), dtype=float)

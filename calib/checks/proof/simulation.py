@@ -17,7 +17,7 @@ from calib.checks.proof.presses import Log, SimulatedPress
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import AS_FOUND, draw_once_turned
-from calib.problem import CORRELATION_LENGTH, Calibrated, lookup, specimen_design
+from calib.problem import Calibrated, correlation_between, lookup, specimen_design
 from models.fem import FiniteElements
 from models.sensor import Design, FloatArray
 
@@ -278,8 +278,7 @@ def _way(sweep: TrueSweep, curve: Curve, left: _LeftOut | None, rng: np.random.G
 def _process(rng: np.random.Generator) -> CubicSpline:
     """A draw of the Gaussian process of (4) over the share of depth, by its values on a few nodes."""
     nodes = np.linspace(0.0, 1.0, 41)
-    covariance = np.exp(-0.5 * ((nodes[:, None] - nodes) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(covariance)
+    value, vector = np.linalg.eigh(correlation_between(nodes, nodes))
     drawn = vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(nodes.size))
     return CubicSpline(nodes, drawn)
 
