@@ -5,8 +5,9 @@ the finite elements. In the kind `as believed` they are off by a discrepancy, as
 they are not. Posteriors are the weighted draws of a first answer where these can be trusted (k-hat below 0.7, 200 effective
 draws); the other labs are left out and counted. Then the same specimen, one more of the lot, and that on 5.5 mm of padding are
 pressed to 25 forces up to the largest that was measured, by the finite elements, each with a discrepancy, a tare and noise of
-its own. Printed for each: how often bounds of 90 % hold the force, how far the force is off in shares of the full scale, and
-how many readings are said to be valid.
+its own; those of the one more of the lot are read once more by the table for its padding as a caliper measures it. Printed for
+each: how often bounds of 90 % hold the force, how far the force is off in shares of the full scale, and how many readings are
+said to be valid.
 
 From the largest force the load is let go again. The finite elements are elastic, so a hysteresis of force and capacitance is
 planted, of a size drawn for the lab and a tenth more or less for each press, of the lab and on the gripper. Rows of `unloading`
@@ -47,6 +48,8 @@ KINDS = ("as believed", "exact")
 #: Forces of a held-out press, padding of a design [m].
 N_FORCE, PADDING = 25, 5.5e-3
 _SENSORS = ("specimen", "next", "design")
+# The next one with its padding measured, and the standard deviation of that [m]: a caliper's.
+_MEASURED, _CALIPER = "next, padding measured", 2e-5
 _BACK, _BANDED = "unloading", "unloading, with the band"
 # Most that force lacks halfway back, and that capacitance keeps too much, as shares; how far presses of one lab differ in it;
 # readings of a branch of the lab.
@@ -124,8 +127,8 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         capacitance = np.interp(force, there.force, there.capacitance) + shared["parasitic_capacitance"]
         at_rest = float(there.rest_capacitance) + shared["parasitic_capacitance"]
         tare = at_rest + _CAPACITANCE_NOISE * rng.standard_normal() / np.sqrt(gripper.n_tare)
-        found = table.force_at(capacitance + _CAPACITANCE_NOISE * rng.standard_normal(N_FORCE), tare)
-        row[sensor] = _held(found, force, rated)
+        reading = capacitance + _CAPACITANCE_NOISE * rng.standard_normal(N_FORCE)
+        row[sensor] = _held(table.force_at(reading, tare), force, rated)
         depth = np.linspace(0.0, float(np.interp(rated, there.force, depth)), 4001)
         force_back, there_back = _let_go(off, design, depth, hysteresis * (1 + _DIFFERENT * lost.standard_normal(2)))
         capacitance = np.interp(force, force_back, there_back) + shared["parasitic_capacitance"]
@@ -135,6 +138,11 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
             low, high = band.around(found.force, rated)
             wider = replace(found, lower=np.maximum(found.lower + low, 0.0), upper=found.upper + high)
             row[f"{sensor}, {_BANDED}"] = _held(wider, force, rated)
+        if sensor == "next":
+            own = np.random.default_rng([seed, 20190311])
+            read = float(design.padding.thickness) + _CALIPER * own.standard_normal()
+            measured = table_of(_MEASURED, "design", [one.on(read)], gripper, rated)
+            row[_MEASURED] = _held(measured.force_at(reading, tare), force, rated)
     row["hysteresis"] = [round(float(x), 4) for x in hysteresis]
     return {**row, "by": "first answer", "rated": rated, "processor": round(time.process_time() - began, 1)}
 
@@ -197,17 +205,20 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     for kind in dict.fromkeys(row["kind"] for row in rows):
         every = [row for row in rows if row["kind"] == kind]
         own = [row for row in every if row["by"] != "none"]
-        for sensor in (f"{s}{way}" for s in _SENSORS for way in ("", f", {_BACK}", f", {_BANDED}")) if own else ():
+        ways = [f"{sensor}{way}" for sensor in _SENSORS for way in ("", f", {_BACK}", f", {_BANDED}")]
+        for sensor in (*ways, _MEASURED):
             found = [row[sensor] for row in own if sensor in row]
             if not found:
                 continue
             off = np.abs(np.concatenate([f["off"] for f in found]))
             inside = np.array([f["inside"] for f in found])
             error = np.std(inside) / np.sqrt(len(found))
+            squares = np.array([np.mean(np.square(f["off"])) for f in found])
+            rms = np.sqrt(np.mean(squares))
             numbers = [
                 f"{np.mean(inside):.1%} ± {error:.1%}",
                 f"{np.mean([f['width'] for f in found]):.1%}",
-                f"{np.sqrt(np.mean(off**2)):.2%}",
+                f"{rms:.2%} ± {np.std(squares) / np.sqrt(len(found)) / (2 * rms):.2%}",
                 f"{np.quantile(off, 0.95):.2%}",
                 f"{np.mean(off <= 0.017):.1%}",
                 f"{np.mean([f['valid'] for f in found]):.0%}",

@@ -64,6 +64,8 @@ _POWER = 1.4
 _LEAST_PART, _LEAST_SIGNAL, _LEAST_STEP = 1e-3, 1e-5, 1e-8
 # Paddings that differ by more than this factor make sensors that have little in common.
 _ALIKE = 1.5
+# What measuring the padding must take off the error of a force for it to be said.
+_WORTH_MEASURING = 0.1
 # Shares of the rated force at which a sensor is described.
 _POINTS = (0.1, 0.25, 0.5, 0.75, 1.0)
 # Stream of random numbers beside the seed's, of specimens that were not measured.
@@ -148,14 +150,16 @@ def invert(
         covered = Covered(_covered(title, those))
         farther = beyond(presses, aim, covered)
         less = _less_than_advised(table, advised, covered) if sensor == "design" and gripper.force is None else ()
-        mixed = _of_several(table, [press.padding for press in presses]) if sensor == "next" else ()
+        mixed = tuple(_of_several(table, [press.padding for press in presses])) if sensor == "next" else ()
         judged = verdict_of([*known.reasons, *less, *farther, *mixed, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
         left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
         those_pressed = [title] if sensor == "specimen" else sorted(capacitive)
         band = band_of(retreats or {}, those_pressed)
+        measured = _padding_measured(table, those, gripper) if sensor == "next" and not mixed else ()
         conditions = (
             *_conditions([m.posterior for m, _ in chosen], table, gripper),
+            *measured,
             *_on_retreat(band, why_no_band(retreats or {}, those_pressed), sensor),
         )
         tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions), retreat=band))
@@ -396,6 +400,19 @@ def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason
         yield Reason(
             "padding", "amber", finding, "Say the padding of the sensor that is meant (--padding), and use the table of that"
         )
+
+
+def _padding_measured(table: ForceTable, draws: Sequence[SensorDraws], gripper: Gripper) -> tuple[str, ...]:
+    """What it brings to measure the padding of a sensor that nobody has pressed, in words; nothing where that is little."""
+    known = table_of(table.name, "design", [d.on(table.padding_thickness) for d in draws], gripper, table.rated)
+    force = 0.5 * min(table.rated, table.end, known.end)
+    before, after = (float(np.interp(force, *_growing(t.force, t.sigma))) for t in (table, known))
+    if after > (1 - _WORTH_MEASURING) * before:
+        return ()
+    return (
+        f"padding as thick as the priors say: {force:.3g} N are known to {before:.2g} N (one standard deviation), or to "
+        f"{after:.2g} N where the padding of the very sensor is measured and given (--padding)",
+    )
 
 
 def _less_than_advised(table: ForceTable, advised: float | None, covered: Covered) -> Iterator[Reason]:

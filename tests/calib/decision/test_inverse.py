@@ -17,7 +17,7 @@ from calib.decision.readable import SensorDraws, next_sensor
 from calib.decision.retreat import Retreats, band_of
 from calib.errors import InputError
 from calib.lab import SHARES, Unloading
-from calib.priors.distributions import Fixed
+from calib.priors.distributions import Fixed, Normal, Prior
 from calib.sampling.posterior import Posterior, thin_draws
 from models.analytic import ClosedForm
 from models.curves import predict_design
@@ -225,6 +225,22 @@ def test_the_next_specimen_is_known_less_well_than_a_measured_one(
     alike, differing = (_made(_exact(make_lot(spread=Fixed(s))), ERRORLESS, noise=1e-15).tables[2] for s in (1e-3, 0.3))
     assert differing.sigma[60] > 2 * alike.sigma[60]
     assert "drawn from the lot" in " ".join(differing.conditions)
+
+
+def test_the_next_specimen_says_what_measuring_its_padding_brings_where_that_is_much(make_posterior: MakePosterior) -> None:
+    def with_padding(prior: Prior) -> Posterior:
+        posterior = make_posterior()
+        known = [replace(p, prior=prior) if p.parameter == "padding_thickness" else p for p in posterior.parameters]
+        return replace(posterior, parameters=tuple(known))
+
+    *_, following, design = _made(with_padding(Normal(1.1e-3, 2e-4)), ERRORLESS, padding=1.1e-3).tables
+    said = next(c for c in following.conditions if "--padding" in c)
+    force, before, after = (float(x) for x in re.findall(r"([\d.]+) N\b", said))
+    assert f"{np.interp(force, following.force, following.sigma):.2g}" == f"{before:.2g}"
+    assert after == pytest.approx(np.interp(force, design.force, design.sigma), rel=0.05)
+    assert after < 0.9 * before
+    *_, sure = _made(with_padding(Fixed(1.1e-3)), ERRORLESS).tables
+    assert "--padding" not in " ".join(sure.conditions)
 
 
 def test_the_next_of_specimens_on_different_paddings_is_amber_and_a_design_is_not(make_posterior: MakePosterior) -> None:
