@@ -20,6 +20,7 @@ import numpy as np
 from models.sensor import BoolArray, FloatArray, IntArray
 from models.surrogate.domain import inside
 from models.surrogate.error_fit import Z90, scaled
+from models.surrogate.fitting import weight_of_usual
 from models.surrogate.network import Network, least_squares, train_network
 from models.surrogate.store import open_store
 from models.surrogate.thinning import SMALL, Thinning, thinning_features
@@ -62,13 +63,16 @@ def points_of(data: TrainingSet) -> Points:
     return Points(*(getattr(found, name)[rows] for name in ("features", "height_over_depth", "thinning", "path")))
 
 
-def learnt(points: Points, rows: BoolArray, steps: int) -> Network:
-    """A network that has learnt from some rows; what hardly becomes thinner counts less."""
-    weight = (points.thinning / (points.thinning + SMALL)) ** 2
+def learnt(points: Points, usual: FloatArray, rows: BoolArray, steps: int) -> Network:
+    """A network that has learnt from some rows; what hardly becomes thinner counts less, in a second half the `usual` more."""
+    plain = (points.thinning / (points.thinning + SMALL)) ** 2
     rng = np.random.default_rng(1)
-    return train_network(
-        points.features[rows], least_squares(points.logs[rows, None], weight[rows]), _SIZES, steps=steps, rng=rng
-    )
+    network: Network | None = None
+    for weight in (plain, plain * usual):
+        slope = least_squares(points.logs[rows, None], weight[rows])
+        network = train_network(points.features[rows], slope, _SIZES, steps=steps, rng=rng, start=network)
+    assert network is not None
+    return network
 
 
 def missed_by(network: Network, points: Points, rows: BoolArray) -> FloatArray:
@@ -97,14 +101,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("store", type=Path, help="file of paths")
     parser.add_argument("--accuracy", type=float, default=1e-3, help="of its paths")
-    parser.add_argument("--steps", type=int, default=_STEPS, help="of the training")
+    parser.add_argument("--steps", type=int, default=_STEPS, help="of each half of the training")
     parser.add_argument("-o", "--output", type=Path, help="file for the networks")
     given = parser.parse_args(words)
     with open_store(given.store, store_settings(given.accuracy)) as store:
         data = training_set(store, given.accuracy)
     points = points_of(data)
     kept = np.random.default_rng(3).permutation(len(data.groups)) % _KEPT == 0
-    network = learnt(points, ~kept[points.path], given.steps)
+    network = learnt(points, weight_of_usual(data.groups)[points.path], ~kept[points.path], given.steps)
     covered = inside(np.column_stack([data.groups, np.full(len(data.groups), 0.3), np.ones(len(data.groups))]))
     rows = (kept & covered)[points.path]
     missed, thinning = missed_by(network, points, rows), points.thinning[rows]

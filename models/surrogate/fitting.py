@@ -167,7 +167,7 @@ def fit_surrogate(
     # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
     usual_first = fine_first
     if n_fine >= _MANY_PATHS:
-        usual_first = _emphasis(data.groups) * (1.0 if fine_first is None else fine_first)
+        usual_first = weight_of_usual(data.groups) * (1.0 if fine_first is None else fine_first)
     first, second = rng.spawn(2)
     members = data.family.recipe.members
 
@@ -268,6 +268,24 @@ def fit_surrogate(
     )
 
 
+def weight_of_usual(groups: FloatArray) -> FloatArray:
+    """How much more designs near usual grippers are to count in the second half of a training, (n,).
+
+    Parameters
+    ----------
+    groups : (n, >= 4), in the order of `models.surrogate.domain.group_names`.
+
+    Returns
+    -------
+    1 far from `_USUAL`, `_USUAL_WEIGHT` more there.
+    """
+    plain, middle = groups[:, : _USUAL.size].copy(), _USUAL.copy()
+    plain[:, PADDING] += _THIN_PADDING
+    middle[PADDING] += _THIN_PADDING
+    away = np.log(plain / middle) / _USUAL_WIDTH
+    return np.asarray(1 + _USUAL_WEIGHT * np.exp(-np.sum(away**2, axis=1) / 2))
+
+
 def _of_use(data: TrainingSet, coarse: TrainingSet | None) -> tuple[TrainingSet, int]:
     """Paths that can be fitted, fine ones first, and the number of these; an error if too few, or if the capacitance falls."""
     data = data.only(data.n_step >= _LEAST_STEPS)
@@ -344,15 +362,6 @@ def _falls(data: TrainingSet) -> BoolArray:
     if data.family.signed:
         return np.zeros(len(data.groups), dtype=bool)
     return np.asarray(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3)))
-
-
-def _emphasis(groups: FloatArray) -> FloatArray:
-    """Weight of a path (n,) in the second half of the training: one far from `_USUAL`."""
-    plain, middle = groups[:, : _USUAL.size].copy(), _USUAL.copy()
-    plain[:, PADDING] += _THIN_PADDING
-    middle[PADDING] += _THIN_PADDING
-    away = np.log(plain / middle) / _USUAL_WIDTH
-    return np.asarray(1 + _USUAL_WEIGHT * np.exp(-np.sum(away**2, axis=1) / 2))
 
 
 def _electric_groups(data: TrainingSet) -> FloatArray:
