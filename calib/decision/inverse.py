@@ -64,6 +64,8 @@ _POWER = 1.4
 _LEAST_PART, _LEAST_SIGNAL, _LEAST_STEP = 1e-3, 1e-5, 1e-8
 # Paddings that differ by more than this factor make sensors that have little in common.
 _ALIKE = 1.5
+# Leads of so many times the sensor's own capacitance are looked at twice: a unit may be wrong.
+_MOST_LEADS = 10.0
 # What measuring the padding must take off the error of a force for it to be said.
 _WORTH_MEASURING = 0.1
 # Shares of the rated force at which a sensor is described.
@@ -387,6 +389,13 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
     if not math.isnan(table.turn):
         finding = f"{table.name}: from {table.turn:.3g} N on a larger force reads like a smaller one"
         yield Reason("turn", "amber", finding, "Keep such forces from the sensor: no reading tells of them")
+    leads, rest = table.parasitic[0], float(table.rest_capacitance[1])
+    if leads > _MOST_LEADS * rest:
+        finding = (
+            f"{table.name}: leads of {leads * 1e12:.4g} pF are {leads / rest:.3g} times its own {rest * 1e12:.4g} pF, and make "
+            f"readings {1 + leads / rest:.3g} times smaller"
+        )
+        yield Reason("leads", "amber", finding, "Look at the unit of --parasitic; if it is right, shorten or guard the leads")
 
 
 def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason]:

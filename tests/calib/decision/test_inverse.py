@@ -329,6 +329,16 @@ def test_a_range_that_ends_before_what_was_asked_is_amber(make_posterior: MakePo
     assert "they fold back" in " ".join(turning.tables[0].conditions)
 
 
+def test_leads_of_many_times_the_sensor_are_amber(make_posterior: MakePosterior) -> None:
+    posterior = _exact(make_posterior())
+    found = {}
+    for leads in (1e-10, 2e-9):
+        gripper = Gripper(force=2.0, parasitic=(leads, 1e-12), noise=1e-16)
+        found[leads] = {r.gate: r.finding for r in invert(posterior, load_surrogate(), gripper).tables[0].verdict.reasons}
+    assert "leads" not in found[1e-10]
+    assert "leads of 2000 pF" in found[2e-9]["leads"]
+
+
 def test_padding_that_the_surrogate_does_not_cover_is_refused_with_its_range(make_posterior: MakePosterior) -> None:
     with pytest.raises(InputError, match=r"does not cover next specimen on 300 mm of padding: .* h_p/R from 0 to 10, got 60"):
         invert(make_posterior(), load_surrogate(), Gripper(padding=0.3, n_draw=100))

@@ -8,6 +8,7 @@ import pytest
 from models.fem import FiniteElements
 from models.fem.capacitance import largest_thinning
 from models.sensor import design_from
+from models.surrogate.error_fit import Z90
 from models.surrogate.thinning import load_thinning, thinning_refusal
 
 SENSOR = {
@@ -18,6 +19,18 @@ SENSOR = {
     "young_modulus": 0.62e6,
     "relative_permittivity": 2.8,
 }
+
+#: Thicknesses [m] of sensor and padding, and moduli [Pa].
+USUAL = [
+    (0.74e-3, 1.1e-3, 0.62e6),
+    (0.74e-3, 1.5e-3, 0.5e6),
+    (0.7e-3, 2.0e-3, 0.7e6),
+    (0.8e-3, 2.5e-3, 0.6e6),
+    (0.6e-3, 3.3e-3, 0.55e6),
+    (0.74e-3, 4.0e-3, 0.62e6),
+    (0.9e-3, 4.5e-3, 0.8e6),
+    (0.74e-3, 5.5e-3, 0.62e6),
+]
 
 
 @pytest.mark.parametrize("padding", [1.1e-3, 4e-3])
@@ -31,6 +44,22 @@ def test_thinning_is_that_of_the_finite_elements(padding: float) -> None:
         found, sd = load_thinning().of(design.draws(), np.array([[state.depth * unit]]))
         assert found[0, 0] == pytest.approx(exact, abs=4 * sd[0, 0])
         assert 1e-4 < sd[0, 0] / found[0, 0] < 3e-3
+
+
+def test_stated_error_of_the_thinning_holds_finite_elements_of_usual_grippers_that_it_has_not_seen() -> None:
+    scores = []
+    for h_s, padding, modulus in USUAL:
+        design = design_from({**SENSOR, "sensor_thickness": h_s, "padding_thickness": padding, "young_modulus": modulus})
+        solution = FiniteElements(5e-4).solve_to_force(design, np.array([1.0, 3.0, 6.0, 10.0]))
+        unit, mesh = solution.units.length, solution.model.mesh
+        middle, t_d = (padding + h_s / 2) / unit, 0.16e-3 / unit
+        depth = np.array([[state.depth * unit for state in solution.states]])
+        exact = [float(largest_thinning(mesh, state.u, middle, np.array([t_d]))[0]) for state in solution.states]
+        found, sd = load_thinning().of(design.draws(), depth)
+        scores.append((found[0] - exact) / sd[0])
+    every = np.array(scores)
+    assert abs(np.mean(every)) < 0.6, every
+    assert np.mean(np.abs(every) <= Z90) >= 0.8, every
 
 
 def test_thinning_vanishes_with_depth_and_is_not_known_outside_the_range() -> None:
