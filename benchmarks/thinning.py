@@ -4,7 +4,8 @@ Takes a store written by `calib surrogate train`, whose paths hold the largest t
 t_d/h_s along each. A network learns it from seven eighths of the paths, and from what it misses of the others a second one how
 far it is off, by design and depth; its scale is that at which 90 % of what is missed lie inside the 90 % band of networks that
 were trained without them. Printed is how far it is off, by how large the thinning is, and how often that band holds. With -o
-both are written: models/surrogate/data/thinning.npz.
+both are written: models/surrogate/data/thinning.npz. With --start the network that is there goes on, from paths that it has not
+seen: few will do.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from models.surrogate.error_fit import Z90, scaled
 from models.surrogate.fitting import weight_of_usual
 from models.surrogate.network import Network, least_squares, train_network
 from models.surrogate.store import open_store
-from models.surrogate.thinning import SMALL, Thinning, thinning_features
+from models.surrogate.thinning import SMALL, Thinning, load_thinning, thinning_features
 from models.surrogate.training import DIELECTRIC_POINTS, TrainingSet, store_settings, training_set
 
 _SIZES, _ERROR_SIZES = (64, 64, 64, 1), (24, 24, 1)
@@ -63,11 +64,10 @@ def points_of(data: TrainingSet) -> Points:
     return Points(*(getattr(found, name)[rows] for name in ("features", "height_over_depth", "thinning", "path")))
 
 
-def learnt(points: Points, usual: FloatArray, rows: BoolArray, steps: int) -> Network:
+def learnt(points: Points, usual: FloatArray, rows: BoolArray, steps: int, network: Network | None) -> Network:
     """A network that has learnt from some rows; what hardly becomes thinner counts less, in a second half the `usual` more."""
     plain = (points.thinning / (points.thinning + SMALL)) ** 2
     rng = np.random.default_rng(1)
-    network: Network | None = None
     for weight in (plain, plain * usual):
         slope = least_squares(points.logs[rows, None], weight[rows])
         network = train_network(points.features[rows], slope, _SIZES, steps=steps, rng=rng, start=network)
@@ -102,13 +102,15 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("store", type=Path, help="file of paths")
     parser.add_argument("--accuracy", type=float, default=1e-3, help="of its paths")
     parser.add_argument("--steps", type=int, default=_STEPS, help="of each half of the training")
+    parser.add_argument("--start", action="store_true", help="go on from the networks that are shipped")
     parser.add_argument("-o", "--output", type=Path, help="file for the networks")
     given = parser.parse_args(words)
     with open_store(given.store, store_settings(given.accuracy)) as store:
         data = training_set(store, given.accuracy)
     points = points_of(data)
     kept = np.random.default_rng(3).permutation(len(data.groups)) % _KEPT == 0
-    network = learnt(points, weight_of_usual(data.groups)[points.path], ~kept[points.path], given.steps)
+    start = load_thinning().network if given.start else None
+    network = learnt(points, weight_of_usual(data.groups)[points.path], ~kept[points.path], given.steps, start)
     covered = inside(np.column_stack([data.groups, np.full(len(data.groups), 0.3), np.ones(len(data.groups))]))
     rows = (kept & covered)[points.path]
     missed, thinning = missed_by(network, points, rows), points.thinning[rows]

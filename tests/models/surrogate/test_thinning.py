@@ -43,11 +43,11 @@ def test_thinning_is_that_of_the_finite_elements(padding: float) -> None:
         exact = float(largest_thinning(mesh, state.u, middle, np.array([t_d]))[0])
         found, sd = load_thinning().of(design.draws(), np.array([[state.depth * unit]]))
         assert found[0, 0] == pytest.approx(exact, abs=4 * sd[0, 0])
-        assert 1e-4 < sd[0, 0] / found[0, 0] < 3e-3
+        assert 1e-4 < sd[0, 0] / found[0, 0] < 1e-3
 
 
 def test_stated_error_of_the_thinning_holds_finite_elements_of_usual_grippers_that_it_has_not_seen() -> None:
-    scores = []
+    scores, off = [], []
     for h_s, padding, modulus in USUAL:
         design = design_from({**SENSOR, "sensor_thickness": h_s, "padding_thickness": padding, "young_modulus": modulus})
         solution = FiniteElements(5e-4).solve_to_force(design, np.array([1.0, 3.0, 6.0, 10.0]))
@@ -57,9 +57,11 @@ def test_stated_error_of_the_thinning_holds_finite_elements_of_usual_grippers_th
         exact = [float(largest_thinning(mesh, state.u, middle, np.array([t_d]))[0]) for state in solution.states]
         found, sd = load_thinning().of(design.draws(), depth)
         scores.append((found[0] - exact) / sd[0])
+        off.append(found[0] / exact - 1)
     every = np.array(scores)
     assert abs(np.mean(every)) < 0.6, every
     assert np.mean(np.abs(every) <= Z90) >= 0.8, every
+    assert np.sqrt(np.mean(np.square(off))) < 3e-4, off
 
 
 def test_thinning_vanishes_with_depth_and_is_not_known_outside_the_range() -> None:
