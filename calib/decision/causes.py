@@ -11,6 +11,8 @@ from models.sensor import FloatArray
 
 #: A share is said to be more than chance above this many of its standard errors.
 _SIGNIFICANT = 2.5
+# What takes no more values than this is a choice among them, such as that of a model, and no number that chains move.
+_CHOICES = 20
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,11 @@ def first_order(x: FloatArray, y: FloatArray) -> Cause:
         S = (mean(y_j y_(j+1)) - mean(y)^2) / (mean(y^2) - mean(y)^2),                                        (1)
 
     the last being followed by the first. It needs no other draws than there are, and no model between x and y; for an x that
-    depends on others it holds what x tells of y through them. The standard error is that of (1) where x says nothing,
-    1/sqrt(n), times sqrt(1 - S) where it says something, which is near enough to tell which shares are chance.
+    depends on others it holds what x tells of y through them. A chain that stayed where it was repeats its draw, and beside
+    itself such a draw would tell y by whatever x: draws of the same x are taken together, y_j their mean and followed by that
+    of the next x, each by the number of its draws. Of an x that is a choice among a few the share is that of the variance
+    between its classes. The standard error is that of (1) where x says nothing, 1/sqrt(n) with n what draws are worth that are
+    repeated (Kish), times sqrt(1 - S) where it says something, which is near enough to tell which shares are chance.
 
     Parameters
     ----------
@@ -56,9 +61,17 @@ def first_order(x: FloatArray, y: FloatArray) -> Cause:
     spread = float(np.var(y))
     if spread == 0 or np.ptp(x) == 0:
         return Cause("", 0.0, 0.0)
-    ordered = y[np.argsort(x, kind="stable")] - np.mean(y)
-    share = float(np.clip(np.mean(ordered * np.roll(ordered, -1)) / spread, 0.0, 1.0))  # (1)
-    return Cause("", share, float(np.sqrt(1 - share) / np.sqrt(y.size)))
+    values, place, count = np.unique(x, return_inverse=True, return_counts=True)
+    means = np.bincount(place, weights=y - np.mean(y)) / count
+    if values.size <= _CHOICES:
+        within = (values.size - 1) / (y.size - 1)  # of the variance that classes seem to tell by chance
+        told = (np.sum(count * means**2) / y.size / spread - within) / (1 - within)
+        worth = float(y.size)
+    else:
+        told = np.sum(count * means * np.roll(means, -1)) / y.size / spread  # (1)
+        worth = y.size**2 / float(np.sum(count**2))
+    share = float(np.clip(told, 0.0, 1.0))
+    return Cause("", share, float(np.sqrt((1 - share) / worth)))
 
 
 def causes(inputs: Mapping[str, FloatArray], y: FloatArray) -> tuple[Cause, ...]:

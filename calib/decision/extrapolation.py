@@ -90,6 +90,7 @@ class Aim:
     balls : [m], radii of the smallest and the largest ball that press, or of the one.
     places : decimals [mm] that the padding is shown with; as on a drawing if nothing else is said.
     signal : whether it hangs on the change of capacitance, and not on stroke, strain and height alone.
+    sensor : thickness of the sensor [m]; None for that of those measured.
     """
 
     force: float
@@ -98,6 +99,7 @@ class Aim:
     balls: tuple[float, ...]
     places: int = 2
     signal: bool = True
+    sensor: float | None = None
 
 
 def force_exceeded(force: float, largest: float) -> str:
@@ -123,7 +125,7 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     largest = largest_on(presses, aim.padding)
     deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
     balls = sorted({p.ball for p in presses})
-    total = aim.padding + median(p.total - p.padding for p in presses)
+    total = aim.padding + (median(p.total - p.padding for p in presses) if aim.sensor is None else aim.sensor)
     found = {}
     if too_large := force_exceeded(aim.force, largest):
         there = " on padding as thick" if largest < max(p.force for p in presses) else ""
@@ -206,7 +208,7 @@ def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = 
         under = f" with {_balls_in_words(others)}" if others else ""
         meter = ", read by an LCR meter beside the tester," if "capacitance" in found else ""
         pad = f"pad of about {aim.padding * 1e3:.{aim.places}f} mm" if aim.padding > 0 else "sensor without padding"
-        action = f"Press one {pad}{under} to {aim.force:g} N{meter} and calibrate with it, to confirm"
+        action = f"Press one {pad}{under} to {aim.force:.4g} N{meter} and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))
 
 

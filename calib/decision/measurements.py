@@ -54,6 +54,8 @@ from models.sensor import FloatArray, IntArray
 
 # By more than this share the sd by linearisation may not be off that of the draws.
 _NORMAL = 0.2
+# A load cell for less than this share of what was measured is a slip of the unit.
+_LEAST_CELL = 0.01
 # Less than so many standard errors of a loss are chance.
 _CHANCE = 2.0
 # Draws of the scales, fewer where there are so many unknowns.
@@ -96,7 +98,8 @@ def next_measurements(
     Raises
     ------
     InputError
-        If the posterior is an average of models, what is asked is fixed, or the model covers no thickness of the request.
+        If the posterior is an average of models, what is asked is fixed, the model covers no thickness of the request, or the
+        bench leaves nothing to measure.
     """
     if posterior.of_model is not None:
         advice = "Ask the runs that it averages, one by one"
@@ -131,6 +134,8 @@ def next_measurements(
     presses = measured_presses(posterior)
     beyond = {} if aim is None else exceeded(presses, aim)
     candidates, unjudged = candidates_of(known, bench or Bench(), aim)
+    if bench is not None:
+        _require_something(bench, presses, candidates, unjudged)
     along = _along(target, now)
     found: list[tuple[str, Measurement]] = []
     for candidate in candidates:
@@ -169,6 +174,20 @@ def next_measurements(
         tuple(beyond),
         sum(reason.gate == EXTRAPOLATION for reason in reasons) > bool(beyond),
     )
+
+
+def _require_something(
+    bench: Bench, presses: Sequence[Measured], candidates: Sequence[Candidate], unjudged: Sequence[str]
+) -> None:
+    """Refuse a bench that leaves nothing to measure, or a load cell that is a slip of the unit."""
+    largest = max(press.force for press in presses)
+    if bench.load_cell is not None and bench.load_cell < _LEAST_CELL * largest:
+        message = f"load_cell is {bench.load_cell:.3g} N, and this run was pressed to {largest:.2g} N"
+        raise InputError(Fault(message, advice="Check its unit"))
+    if not candidates:
+        why = f" ({'; '.join(unjudged)})" if unjudged else ""
+        advice = "Take something out of `without`, or give balls, paddings or a larger load_cell"
+        raise InputError(Fault(f"the bench leaves nothing that could be measured{why}", advice=advice))
 
 
 def _settled(beyond: Iterable[str], presses: Sequence[Measured], candidate: Candidate, aim: Aim | None) -> tuple[str, ...]:

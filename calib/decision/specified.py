@@ -36,7 +36,7 @@ from calib.decision.trials import Tried, left_out, try_all
 from calib.decision.words import EXTRAPOLATION, TOLERANCE_KEY, about, percent, sensor_in_words, spans_in_words
 from calib.digits import span_text
 from calib.errors import Fault, InputError
-from calib.experiment import Specification
+from calib.experiment import Specification, limited_in_words
 from calib.priors import Prior
 from calib.sampling import Posterior
 from models.response import Forward
@@ -44,6 +44,8 @@ from models.sensor import FloatArray
 
 # Streams of random numbers beside the seed's: of what scatters, of the errors of the model.
 _SCATTER, _ERRORS = 5, 6
+# A limit is a slip of its unit where all but this share of the draws on any padding are so many times inside it.
+_NEARLY_NONE, _FAR = 1e-3, 100.0
 # Of fewer draws a model of an average is not said to have a best thickness of its own; fewer altogether are no answer.
 _FEW, _FEWEST = 20, 50
 # Share of loads that have a distribution that is told.
@@ -104,7 +106,8 @@ def conform(
     Raises
     ------
     InputError
-        If the specification does not fit the run, there are too few draws, or no thickness of no sensor is covered by a model.
+        If the specification does not fit the run, there are too few draws, no thickness of no sensor is covered by a model, or
+        none carries the load.
     """
     return answer(posterior, forward, specification, seed=seed, verdict=verdict, members=members).conformity
 
@@ -164,6 +167,8 @@ def answer(
                 unserved.append(tried.built)
     if not found:
         raise InputError(_nothing(unserved, specification))
+    if all(np.all(tried.built.not_carried[tried.built.covered] == 1) for tried in found):
+        raise InputError(_not_carried(found, grid, specification))
     order = sorted(found, key=lambda tried: (-tried.built.best_probability, tried.built.shortfall[tried.at]))
     best = order[0]
     needed, all_needed = needed_for(best, grid, specification, n_effective)
@@ -174,6 +179,7 @@ def answer(
         *_beyond(models, aim, best, grid, specification),
         *_open_or_unmet(best.built, specification, n_draw, n_effective, _effective(posterior, n_all)),
         *_not_drawn(best.built, drawing, specification),
+        *_idle(best, specification),
         *(
             unresolved(_shown(best, sensors.parts), best.built.best, specification.smallest_force)
             if specification.electrical
@@ -351,6 +357,21 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
     return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in unserved]
 
 
+def _not_carried(found: Sequence[Tried], grid: FloatArray, s: Specification) -> Fault:
+    """That no draw carries the load, on whatever padding."""
+    most, at = max(
+        (float(np.quantile(tried.reach[:, k], 1 - COVERED_SHARE)), k)
+        for tried in found
+        for k in np.flatnonzero(tried.built.covered)
+    )
+    force = s.largest_force * (1 + most)
+    message = (
+        f"no sensor carries {s.largest_force:.4g} N on any padding from {span_text(grid[0] * 1e3, grid[-1] * 1e3)} mm inside "
+        f"the model's range; the most is {force:.3g} N, on {grid[at] * 1e3:.3g} mm"
+    )
+    return Fault(message, advice=f"Ask for a load below {force:.3g} N or for other paddings")
+
+
 # --- what it holds for --------------------------------------------------------------------------------------------------
 
 
@@ -358,7 +379,14 @@ def _aim(s: Specification, best: Tried) -> Aim:
     """What the advice is for: of loads and balls that have a distribution, at its ends."""
     scatters = isinstance(s.force, Prior) or isinstance(s.ball, Prior)
     stroke = best.built.stroke[4 if scatters else 2, best.at]
-    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), _balls(best, s), signal=s.electrical)
+    return Aim(
+        s.largest_force,
+        best.built.best,
+        float(np.nan_to_num(stroke)),
+        _balls(best, s),
+        signal=s.electrical,
+        sensor=best.choice.sensor_thickness,
+    )
 
 
 def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
@@ -417,6 +445,24 @@ def _not_drawn(made: Built, drawing: Drawing | None, s: Specification) -> Iterat
     elif drawing.accepted_share < _MANY:
         told = f"of pads made to {made.best * 1e3:.2f} mm the drawing accepts {percent(drawing.accepted_share)}"
         yield Reason("specification", "amber", told, action)
+
+
+def _idle(best: Tried, s: Specification) -> Iterator[Reason]:
+    """Limits so far from anything that a sensor does on any padding asked for that a unit of theirs must be wrong."""
+    for limit, margin in zip(s.limits, np.moveaxis(best.margins[:, best.built.covered], 2, 0), strict=True):
+        known = margin[np.isfinite(margin)]
+        if not known.size:
+            continue
+        nearest = float(np.quantile(known, _NEARLY_NONE))
+        # Of a value v and a limit l the margin is v / l - 1 above the least and 1 - v / l below the most.
+        least = limit.side == "at_least"
+        if nearest > (_FAR - 1 if least else 1 - 1 / _FAR):
+            value = limit.value * (1 + nearest if least else 1 - nearest)
+            finding = (
+                f"{limit.in_words} cannot bind: on any of these paddings it is {'above' if least else 'below'} "
+                f"{limited_in_words(limit.quantity, value)}"
+            )
+            yield Reason("limits", "amber", finding, "Check its unit; leave out a limit that nothing comes near")
 
 
 def _shown(best: Tried, parts: Sequence[ModelDraws]) -> list[ModelDraws]:

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
+from calib.catalogue import display
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, get, quantity_at, quoted, raise_faults, table_at
 from calib.quantity import parse_quantity
 
+# Fewest minutes that anything takes, and factor from the usual sd beyond which only a slip of the unit explains one.
+_SHORTEST, _SLIP = 0.1, 300.0
 # Force [N] beyond which only a slip of the unit explains what a load cell is said to bear.
 _LARGEST_CELL = 1e5
 
@@ -128,14 +131,15 @@ def read_bench(path: Path | str) -> Bench:
     minutes, sds = {}, {}
     check_keys(toml, ("minutes",), kinds)
     for kind, value in table_at(toml, ("minutes",)).items():
-        if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf:
+        if isinstance(value, int | float) and not isinstance(value, bool) and _SHORTEST <= value < math.inf:
             minutes[kind] = float(value)
         else:
-            toml.fault(("minutes", kind), f"minutes must be a number above zero, got {quoted(value)}")
+            toml.fault(("minutes", kind), f"minutes must be a number from {_SHORTEST:g} on, got {quoted(value)}")
     check_keys(toml, ("sd",), tuple(READINGS))
     for quantity in table_at(toml, ("sd",)):
         if quantity in READINGS:
             sds[quantity] = _positive(toml, ("sd", quantity), quantity)
+            _not_a_slip(toml, quantity, sds[quantity])
     without = get(toml, ("without",)) or []
     if not isinstance(without, list) or any(kind not in kinds for kind in without):
         toml.fault(("without",), f"without must be a list of what cannot be measured, got {quoted(without)}", ", ".join(kinds))
@@ -168,6 +172,15 @@ def _positive(toml: Toml, at: KeyPath, quantity: str) -> float:
     if value <= 0:
         toml.fault(at, f"{at[-1]} must be positive, got {quoted(get(toml, at))}")
     return value
+
+
+def _not_a_slip(toml: Toml, quantity: str, sd: float) -> None:
+    """Refuse a standard deviation that only a slip of the unit explains."""
+    usual = READINGS[quantity].sd
+    if sd > 0 and not 1 / _SLIP < sd / usual < _SLIP:
+        at, given = ("sd", quantity), quoted(get(toml, ("sd", quantity)))
+        far = f"{sd / usual:,.0f} times as little" if sd > usual else f"{usual / sd:,.0f} times as much"
+        toml.fault(at, f"sd of {quantity} is {given}, and {display(quantity, usual)} is usual, {far}", "Check its unit")
 
 
 def _lengths(toml: Toml, key: str, quantity: str) -> tuple[float, ...] | None:

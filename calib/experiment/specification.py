@@ -357,6 +357,9 @@ def _limits(found: _Found, limits: Sequence[Limit], force: object) -> None:
         row, value = LIMITED[limit.quantity], limit.value
         got = f"got {value * row.display_scale:.6g} {row.display_unit}"
         found.unless(math.isfinite(value) and value > 0, at, f"{limit.quantity} {limit.side} must be positive, {got}")
+        if limit.quantity == "force_resolution":
+            message = f"force_resolution at_least, {got}, asks for readings that tell no less"
+            found.unless(limit.side == "at_most", at, message, "Write at_most: the smaller it is, the better it is read")
         if limit.quantity in ("signal", "dielectric_strain") and value >= 1:
             found.unless(False, at, f"{limit.quantity} must be below 1, {got}", 'Write 8 percent as 0.08 or "8 %"')
         if limit.at is None:

@@ -47,6 +47,13 @@ def test_a_signal_that_was_not_measured_is_beyond_the_data_and_a_stroke_is_not()
     assert exceeded([without], replace(aim, signal=False)) == {}
 
 
+def test_depth_is_a_share_of_the_sensor_that_is_meant_and_not_of_those_measured() -> None:
+    aim = Aim(5.0, 1.1e-3, depth=0.9e-3, balls=(5e-3,))
+    assert "depth" in exceeded([HARD_ON_THIN], aim)
+    assert "depth" not in exceeded([HARD_ON_THIN], replace(aim, sensor=7.4e-3))
+    assert "a depth of 75 % of the thickness" in exceeded([HARD_ON_THIN], replace(aim, sensor=0.1e-3))["depth"]
+
+
 def test_what_was_measured_is_told_by_padding_where_thick_padding_was_pressed_less() -> None:
     assert largest_in_words([HARD_ON_THIN]) == "forces up to 10 N, the largest measured"
     as_hard = replace(GENTLE_ON_THICK, force=10.02)

@@ -26,7 +26,7 @@ from calib.decision.requirement import Requirement
 from calib.decision.specified import conform
 from calib.decision.wanted_presses import largest_load
 from calib.errors import InputError
-from calib.experiment import Bench, Limit, Specification, experiment_from, read_experiment
+from calib.experiment import PRESSES, READINGS, Bench, Limit, Specification, experiment_from, read_experiment
 from calib.priors import HalfNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import (
     CORRELATION_LENGTH,
@@ -338,6 +338,14 @@ def test_a_bench_says_what_can_be_measured_and_how_long_that_takes(look: Look) -
     assert not {"ball", "padding", "specimen", "force"} & set(kinds)
     assert kinds["repeat"].minutes == 1.0
     assert any("20 N" in said for said in found.rests_on)
+
+
+def test_a_bench_that_leaves_nothing_to_measure_is_refused_and_so_is_a_load_cell_in_other_units(look: Look) -> None:
+    nothing = Bench(balls=(), paddings=(), without=frozenset({*PRESSES, *READINGS}))
+    with pytest.raises(InputError, match=r"leaves nothing that could be measured.*`without`"):
+        next_measurements(_posterior(look), ClosedForm(), bench=nothing, seed=1, verdict=GREEN)
+    with pytest.raises(InputError, match=r"load_cell is 0\.001 N, and this run was pressed to .*Check its unit"):
+        next_measurements(_posterior(look), ClosedForm(), bench=Bench(load_cell=1e-3), seed=1, verdict=GREEN)
 
 
 def test_no_press_goes_beyond_the_load_cell_also_where_it_bears_less_than_was_measured(look: Look) -> None:

@@ -227,14 +227,10 @@ def test_sensors_made_much_thicker_or_thinner_than_those_measured_are_extrapolat
     assert len(said) == beyond
 
 
-def test_a_load_that_is_not_carried_is_a_failure_and_said_to_be_one(posterior: Posterior) -> None:
-    some, none = (_conform(posterior, Limit("height", "at_most", 9e-3), forward=Spring(reach=reach)) for reach in (2.1, 1.9))
-    assert some.always
-    assert none.best.best_probability == 0
-    assert np.all(none.best.not_carried == 1)
-    assert "do not carry the load within what the model covers" in none.in_words
-    assert "No change of limits meets it" in none.in_words
-    assert [reason.gate for reason in none.verdict.reasons if reason.gate != "extrapolation"] == ["specification"]
+def test_a_load_that_no_sensor_carries_on_any_padding_is_refused_with_what_is_carried(posterior: Posterior) -> None:
+    assert _conform(posterior, Limit("height", "at_most", 9e-3), forward=Spring(reach=2.1)).always
+    with pytest.raises(InputError, match=r"no sensor carries 2 N on any padding.*Ask for a load below 1\.9 N"):
+        _conform(posterior, Limit("height", "at_most", 9e-3), forward=Spring(reach=1.9))
 
 
 class Thin(Spring):
@@ -257,6 +253,48 @@ def test_padding_on_which_the_load_is_just_not_carried_is_no_way_out_of_a_signal
     hopeless = _conform(posterior, Limit("signal", "at_least", 0.9), Limit("stroke", "at_most", 1e-6), forward=Thin())
     assert hopeless.best.not_carried[hopeless.at_best] == 0
     assert c.best.not_carried.tolist() == [1, 1, *[0] * 7]
+
+
+@dataclass(frozen=True)
+class Weak(Spring):
+    """A spring that bottoms out just below 2 N where it is softer than `least`."""
+
+    least: float = 0.0
+
+    def max_depth(self, design: Design) -> FloatArray:
+        soft = np.asarray(design.draws().sensor.young_modulus) < self.least
+        return np.asarray(np.where(soft, 1.9, 20.0) / self._stiffness(design))
+
+
+def test_draws_that_do_not_carry_the_load_are_failures_and_said_to_be(posterior: Posterior) -> None:
+    weak = Weak(least=float(np.quantile(_moduli(posterior), 0.3)))
+    c = _conform(posterior, Limit("height", "at_most", 9e-3), forward=weak)
+    np.testing.assert_allclose(c.best.not_carried, 0.3, atol=0.03)
+    assert c.best.best_probability == pytest.approx(0.7, abs=0.03)
+    assert "do not carry the load within what the model covers" in c.in_words
+    assert "No change of limits meets it" in c.in_words
+    assert [reason.gate for reason in c.verdict.reasons if reason.gate != "extrapolation"] == ["specification"]
+
+
+@pytest.mark.parametrize(
+    ("idle", "binds"),
+    [
+        (Limit("stroke", "at_most", 1.9), Limit("stroke", "at_most", 1.9e-2)),
+        (Limit("signal", "at_least", 2e-5), Limit("signal", "at_least", 1e-3)),
+        (Limit("height", "at_most", 5.0), Limit("height", "at_most", 5e-2)),
+    ],
+)
+def test_a_limit_that_nothing_comes_near_is_amber_where_another_binds(posterior: Posterior, idle: Limit, binds: Limit) -> None:
+    other = Limit("signal", "at_most", 0.025) if idle.quantity != "signal" else Limit("height", "at_most", 4e-3)
+    found = {r.gate: r.finding for r in _conform(posterior, other, idle).verdict.reasons}
+    assert idle.in_words in found["limits"]
+    assert "cannot bind" in found["limits"]
+    assert "limits" not in {r.gate for r in _conform(posterior, other, binds).verdict.reasons}
+
+
+def test_a_resolution_that_is_to_be_coarse_is_refused() -> None:
+    with pytest.raises(InputError, match=r"force_resolution at_least.*Write at_most"):
+        replace(_BASE, limits=(Limit("force_resolution", "at_least", 0.02),))
 
 
 # --- what stands in the way ---------------------------------------------------------------------------------------------

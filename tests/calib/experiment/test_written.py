@@ -126,6 +126,23 @@ def test_all_faults_of_a_bench_are_told_with_their_lines(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ('sensor_thickness = "3 nm"', '"3 nm", and 0.008 mm is usual, 2,667 times as much'),
+        ('padding_thickness = "10 mm"', '"10 mm", and 0.01 mm is usual, 1,000 times as little'),
+    ],
+)
+def test_an_sd_that_only_a_slip_of_the_unit_explains_is_refused(written: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "bench.toml"
+    path.write_text(f"[sd]\n{written}\n", encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_bench(path)
+    (fault,) = refused.value.faults
+    assert (fault.line, fault.advice) == (2, "Check its unit")
+    assert told in fault.message
+
+
+@pytest.mark.parametrize(
     ("cell", "told"),
     [
         ("10 mm", 'unit "mm" cannot be converted to N'),
