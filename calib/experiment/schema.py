@@ -279,8 +279,9 @@ def specification_schema() -> Schema:
     for name, row in LIMITED.items():
         value = quantity(f"{row.label[0].upper()}{row.label[1:]}.", row.unit, f"20 {row.display_unit}" if row.unit else "0.08")
         at: dict[str, Schema] = {} if name == "height" else {"at": _LOAD}
-        limits[name] = table(f"Limits on the {row.label}.", {**dict.fromkeys(SIDES, value), **at})
-        limits[name] |= {"anyOf": [{"required": [side]} for side in SIDES]}
+        sides = [side for side in SIDES if (name, side) != ("force_resolution", "at_least")]
+        limits[name] = table(f"Limits on the {row.label}.", {**dict.fromkeys(sides, value), **at})
+        limits[name] |= {"anyOf": [{"required": [side]} for side in sides]}
     sensor = {
         "thickness": _one_or_more("Sensors to choose from; default as measured.", quantity("Thickness.", "m", "0.74 mm")),
         "electrode_radius": _one_or_more("Electrodes to choose from; default as measured.", quantity("Radius.", "m", "8 mm")),

@@ -239,7 +239,7 @@ def _distribution(toml: Toml, at: KeyPath, unit: str, example: str) -> Prior | N
     """A distribution of a quantity that is positive."""
     value = get(toml, at)
     name = at[-1]
-    advice = f"Write {{ uniform = [{example}, {example}] }} with the two ends, or one of {', '.join(KINDS)}"
+    advice = f"Write {{ uniform = [low, high] }} with each as {example} is written, or one of {', '.join(KINDS)}"
     if len(value) != 1 or next(iter(value)) not in KINDS:
         got = " and ".join(f'"{key}"' for key in list(value)[:5]) or "none"
         close = difflib.get_close_matches(str(next(iter(value), "")).lower(), KINDS, n=1)
@@ -252,8 +252,9 @@ def _distribution(toml: Toml, at: KeyPath, unit: str, example: str) -> Prior | N
         return None
     numbers = []
     for i, part in enumerate(names):
-        plain = part == "geometric sd"
-        numbers.append(positive_at(toml, (*at, kind, i), "" if plain else unit, "1.2" if plain else example, quiet=True))
+        plain, low = part == "geometric sd", kind == "truncated_normal" and part == "low"
+        shown = "1.2" if plain else example
+        numbers.append(positive_at(toml, (*at, kind, i), "" if plain else unit, shown, quiet=True, zero_allowed=low))
     if any(math.isnan(number) for number in numbers):
         return None
     below = float(Normal(numbers[0], numbers[1]).to_normal(0.0)) if kind == "normal" else -math.inf

@@ -13,7 +13,7 @@ from calib.errors import InputError
 from calib.experiment.schema import specification_schema
 from calib.experiment.specification import Limit, Specification, Tolerance, specification_from_plain
 from calib.experiment.specification_file import read_specification, specification_from
-from calib.priors import LogNormal, Uniform
+from calib.priors import LogNormal, TruncatedNormal, Uniform
 
 SHIPPED = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "specification.toml"
 SCHEMA = Draft202012Validator(specification_schema())
@@ -68,6 +68,11 @@ def test_ranges_lists_distributions_and_curvatures_are_what_they_say() -> None:
     assert (spec.ball, spec.by_curvature) == (LogNormal(200.0, 1.1), True)
     assert spec.largest_force == pytest.approx(9.75, abs=0.01)
     assert specification_from_plain(spec.to_plain()) == spec
+
+
+def test_a_load_may_come_down_to_nothing_where_it_is_cut_off() -> None:
+    force = specification_from(_tables(loads={"force": {"truncated_normal": ["3 N", "1 N", "0 N", "5 N"]}})).force
+    assert force == TruncatedNormal(3.0, 1.0, 0.0, 5.0)
 
 
 def test_all_faults_of_a_file_are_told_at_once_each_with_line_and_column(tmp_path: Path) -> None:
@@ -129,6 +134,8 @@ BAD: tuple[tuple[dict[str, Any], str], ...] = (
     ({"loads": {"force": {"lognormal": ["5 N", "inf"]}}}, "is not a number with a unit"),
     ({"loads": {"force": {"normal": ["5 N", "5 N"]}}}, "5 is too wide a standard deviation about 5 N"),
     ({"loads": {"force": {"uniform": ["10 N", "5 N"]}}}, "low must be below high"),
+    ({"loads": {"force": {"uniform": ["10 N", "5 N"]}}}, "Write { uniform = [low, high] }"),
+    ({"limits": {"force_resolution": {"at_least": "20 mN"}}}, "asks for readings that tell no less. Write at_most"),
     ({"loads": {"force": [f"{k} N" for k in range(1, 80)]}}, "79 values of force, more than 50"),
     ({"loads": {"force": ["5 N", "5 N"]}}, "force names a value twice"),
     ({"loads": {"ball": "5 mm", "curvature": "0.2 1/mm"}}, "ball and curvature say the same"),
@@ -187,6 +194,7 @@ def test_one_that_is_built_in_python_is_checked_in_the_same_way() -> None:
         {"limits": {}},
         {"limits": {"stroke": {}}},
         {"limits": {"height": {"at_most": "7 mm", "at": "10 N"}}},
+        {"limits": {"force_resolution": {"at_least": "20 mN"}}},
         {"padding": {"tolerance": "0.1 mm"}},
         {"padding": {"tolerance": {"uniform": "0.1 mm", "normal": "0.1 mm"}}},
         {"padding": {"thickness": ["1 mm"]}},
