@@ -133,7 +133,8 @@ def next_measurements(
     reasons += _not_normal(target, before) if decision is None else _not_normal_along(decision, now)
     presses = measured_presses(posterior)
     beyond = {} if aim is None else exceeded(presses, aim)
-    candidates, unjudged = candidates_of(known, bench or Bench(), aim)
+    usual = bench or Bench()
+    candidates, unjudged = candidates_of(known, usual, aim)
     if bench is not None:
         _require_something(bench, presses, candidates, unjudged)
     along = _along(target, now)
@@ -163,7 +164,7 @@ def next_measurements(
         ranked,
         tuple(unjudged),
         (
-            *_rests_on(target, known, bench or Bench(), aim, None if decision is None else (decision, ranked)),
+            *_rests_on(target, known, usual, aim, None if decision is None else (decision, ranked)),
             *((_STAYING,) if beyond else ()),
         ),
         verdict_of(reasons),

@@ -359,17 +359,22 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
 
 def _not_carried(found: Sequence[Tried], grid: FloatArray, s: Specification) -> Fault:
     """That no draw carries the load, on whatever padding."""
-    most, at = max(
-        (float(np.quantile(tried.reach[:, k], 1 - COVERED_SHARE)), k)
+    force, at = max(
+        (float(reached[k]), k)
         for tried in found
+        for reached in [_reached(tried, s.largest_force)]
         for k in np.flatnonzero(tried.built.covered)
     )
-    force = s.largest_force * (1 + most)
     message = (
         f"no sensor carries {s.largest_force:.4g} N on any padding from {span_text(grid[0] * 1e3, grid[-1] * 1e3)} mm inside "
         f"the model's range; the most is {force:.3g} N, on {grid[at] * 1e3:.3g} mm"
     )
     return Fault(message, advice=f"Ask for a load below {force:.3g} N or for other paddings")
+
+
+def _reached(tried: Tried, load: float) -> FloatArray:
+    """Largest force [N] that nearly all draws carry at each thickness, where `load` is the largest wanted, (n_thickness,)."""
+    return np.asarray(load * (1 + np.quantile(tried.reach, 1 - COVERED_SHARE, axis=0)))
 
 
 # --- what it holds for --------------------------------------------------------------------------------------------------
@@ -397,8 +402,7 @@ def _balls(best: Tried, s: Specification) -> tuple[float, ...]:
 def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray, s: Specification) -> Iterator[Reason]:
     """What of the answer was held against no data."""
     posterior = heaviest(models).posterior
-    reach = aim.force * (1 + np.quantile(best.reach, 1 - COVERED_SHARE, axis=0))
-    to_press = float(np.interp(pad_to_press(aim), grid, reach))
+    to_press = float(np.interp(pad_to_press(aim), grid, _reached(best, aim.force)))
     yield from beyond_the_measured(posterior, aim, Covered(to_press, spans_in_words(grid, best.built.covered)))
     other = []
     if best.choice.material is not None:

@@ -15,7 +15,7 @@ from calib.experiment.lots import CAST
 from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial, Pooling
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
-from calib.experiment.specification import LIMITED, MOST_STEPS, MOST_VALUES, SIDES
+from calib.experiment.specification import LIMITED, MOST_STEPS, MOST_VALUES, sides_of
 from calib.experiment.specification_file import KEYS as SPECIFICATION_KEYS
 from calib.experiment.specification_file import KINDS, MATERIAL, TOLERANCES
 from calib.experiment.variants import CANDIDATES
@@ -279,7 +279,7 @@ def specification_schema() -> Schema:
     for name, row in LIMITED.items():
         value = quantity(f"{row.label[0].upper()}{row.label[1:]}.", row.unit, f"20 {row.display_unit}" if row.unit else "0.08")
         at: dict[str, Schema] = {} if name == "height" else {"at": _LOAD}
-        sides = [side for side in SIDES if (name, side) != ("force_resolution", "at_least")]
+        sides = sides_of(name)
         limits[name] = table(f"Limits on the {row.label}.", {**dict.fromkeys(sides, value), **at})
         limits[name] |= {"anyOf": [{"required": [side]} for side in sides]}
     sensor = {

@@ -357,9 +357,9 @@ def _limits(found: _Found, limits: Sequence[Limit], force: object) -> None:
         row, value = LIMITED[limit.quantity], limit.value
         got = f"got {value * row.display_scale:.6g} {row.display_unit}"
         found.unless(math.isfinite(value) and value > 0, at, f"{limit.quantity} {limit.side} must be positive, {got}")
-        if limit.quantity == "force_resolution":
-            message = f"force_resolution at_least, {got}, asks for readings that tell no less"
-            found.unless(limit.side == "at_most", at, message, "Write at_most: the smaller it is, the better it is read")
+        message = f"{limit.quantity} {limit.side}, {got}, asks for readings that tell no less"
+        meant = limit.side in sides_of(limit.quantity)
+        found.unless(meant, at, message, "Write at_most: the smaller it is, the better it is read")
         if limit.quantity in ("signal", "dielectric_strain") and value >= 1:
             found.unless(False, at, f"{limit.quantity} must be below 1, {got}", 'Write 8 percent as 0.08 or "8 %"')
         if limit.at is None:
@@ -420,3 +420,18 @@ def _padding(found: _Found, values: Mapping[str, Any]) -> None:
 
 #: Both sides of a limit, as they are written.
 SIDES: tuple[Side, ...] = get_args(Side)
+
+
+def sides_of(quantity: Limited) -> tuple[Side, ...]:
+    """On which sides a quantity may be limited: nobody asks for readings that tell little.
+
+    Parameters
+    ----------
+    quantity : which.
+
+    Examples
+    --------
+    >>> sides_of("stroke"), sides_of("force_resolution")
+    (('at_least', 'at_most'), ('at_most',))
+    """
+    return ("at_most",) if quantity == "force_resolution" else SIDES

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.errors import InputError
+from calib.errors import Fault, InputError
 from calib.experiment import Bench, experiment_toml, prior_toml, read_bench, read_experiment
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, parse_prior
 
@@ -125,6 +125,16 @@ def test_all_faults_of_a_bench_are_told_with_their_lines(tmp_path: Path) -> None
     assert 'Write balls = ["1.5 mm", "5 mm"]' in said[2]
 
 
+def _only_fault(text: str, folder: Path) -> Fault:
+    """The one fault of a bench file."""
+    path = folder / "bench.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_bench(path)
+    (fault,) = refused.value.faults
+    return fault
+
+
 @pytest.mark.parametrize(
     ("written", "told"),
     [
@@ -133,11 +143,7 @@ def test_all_faults_of_a_bench_are_told_with_their_lines(tmp_path: Path) -> None
     ],
 )
 def test_an_sd_that_only_a_slip_of_the_unit_explains_is_refused(written: str, told: str, tmp_path: Path) -> None:
-    path = tmp_path / "bench.toml"
-    path.write_text(f"[sd]\n{written}\n", encoding="utf-8")
-    with pytest.raises(InputError) as refused:
-        read_bench(path)
-    (fault,) = refused.value.faults
+    fault = _only_fault(f"[sd]\n{written}\n", tmp_path)
     assert (fault.line, fault.advice) == (2, "Check its unit")
     assert told in fault.message
 
@@ -151,11 +157,7 @@ def test_an_sd_that_only_a_slip_of_the_unit_explains_is_refused(written: str, to
     ],
 )
 def test_a_load_cell_that_is_none_is_refused_by_its_own_name(cell: str, told: str, tmp_path: Path) -> None:
-    path = tmp_path / "bench.toml"
-    path.write_text(f'load_cell = "{cell}"\n', encoding="utf-8")
-    with pytest.raises(InputError) as refused:
-        read_bench(path)
-    (fault,) = refused.value.faults
+    fault = _only_fault(f'load_cell = "{cell}"\n', tmp_path)
     assert fault.message.startswith("load_cell")
     assert told in fault.message
     assert fault.advice == 'Write load_cell = "10 N"'
