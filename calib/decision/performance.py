@@ -160,12 +160,8 @@ class ElectrodeGroup:
         """The worst of all loads and balls, (n_draw,)."""
         if limit.at is not None:
             value = value[:, :, np.isclose(self.forces[0], limit.at, rtol=1e-9, atol=0)]
-        # What is missed is missed by less than a whole limit, by whatever factor: a load that is not carried is worse.
-        if limit.side == "at_least":
-            room = np.maximum(value / limit.value - 1, -1.0)
-        else:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                room = np.where(value > limit.value, limit.value / value - 1, 1 - value / limit.value)
+        # What is missed is missed by a whole limit at most: a load that is not carried is worse.
+        room = limit.margin(value)
         return np.asarray(np.min(np.where(np.isnan(room), np.inf, room), axis=(1, 2)))
 
 

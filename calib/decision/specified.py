@@ -458,13 +458,11 @@ def _idle(best: Tried, s: Specification) -> Iterator[Reason]:
         if not known.size:
             continue
         nearest = float(np.quantile(known, _NEARLY_NONE))
-        # Of a value v and a limit l the margin is v / l - 1 above the least and 1 - v / l below the most.
         least = limit.side == "at_least"
-        if nearest > (_FAR - 1 if least else 1 - 1 / _FAR):
-            value = limit.value * (1 + nearest if least else 1 - nearest)
+        if nearest > limit.margin(np.array(limit.value * (_FAR if least else 1 / _FAR))):
             finding = (
                 f"{limit.in_words} cannot bind: on any of these paddings it is {'above' if least else 'below'} "
-                f"{limited_in_words(limit.quantity, value)}"
+                f"{limited_in_words(limit.quantity, limit.value_with(nearest))}"
             )
             yield Reason("limits", "amber", finding, "Check its unit; leave out a limit that nothing comes near")
 

@@ -60,6 +60,21 @@ class Limit:
         side = self.side.replace("_", " ")
         return f"{self.quantity.replace('_', ' ')} {side} {limited_in_words(self.quantity, self.value)}{load}"
 
+    def margin(self, value: FloatArray) -> FloatArray:
+        """Room that values [SI] leave to the limit, as a share of it: negative where it is missed, by -1 at most.
+
+        >>> Limit("stroke", "at_most", 2e-3).margin(np.array([1e-3, 4e-3])).tolist()
+        [0.5, -0.5]
+        """
+        if self.side == "at_least":
+            return np.asarray(np.maximum(value / self.value - 1, -1.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(value > self.value, self.value / value - 1, 1 - value / self.value)
+
+    def value_with(self, margin: float) -> float:
+        """The value [SI] that leaves so much room, not negative, to the limit: see `margin`."""
+        return self.value * (1 + margin if self.side == "at_least" else 1 - margin)
+
 
 def limited_in_words(quantity: Limited, value: float) -> str:
     """Write a value of what is limited for people.
