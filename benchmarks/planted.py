@@ -70,7 +70,7 @@ _FOAM: Mapping[str, Any] = {
     "priors": {"padding_young_modulus": {"lognormal": ["0.35 MPa", 1.6]}, "padding_poisson_ratio": {"uniform": [0, 0.5]}},
 }
 _RUBS: Mapping[str, Any] = {"priors": {"friction_coefficient": _ANY_FRICTION}}
-_BASE_RUBS: Mapping[str, Any] = {"base": "slippery", "priors": {"base_friction_coefficient": {"uniform": [0, 1.5]}}}
+_BASE_RUBS: Mapping[str, Any] = {"base": "slippery", "priors": {"base_friction_coefficient": {"uniform": [0, 1]}}}
 #: What can be planted, by name.
 KINDS: Mapping[str, Kind] = {
     "nothing": Kind(),
@@ -85,7 +85,7 @@ KINDS: Mapping[str, Kind] = {
     **{f"friction {f:g}": Kind(friction=f, told=_RUBS) for f in (0.0, 0.15, 0.3, 0.6)},
     "slippery, friction 0.3": Kind(friction=0.3, slippery=True, told={"base": "slippery", **_RUBS}),
     "slippery, friction 0.3, as none": Kind(friction=0.3, slippery=True, told={"base": "slippery"}),
-    **{f"base rubs {f:g}": Kind(slippery=True, base_friction=f, told=_BASE_RUBS) for f in (0.2, 0.5, 1.0)},
+    **{f"base rubs {f:g}": Kind(slippery=True, base_friction=f, told=_BASE_RUBS) for f in (0.2, 0.5, 0.8)},
     "base rubs 0.2, as slippery": Kind(slippery=True, base_friction=0.2, told={"base": "slippery"}),
 }
 

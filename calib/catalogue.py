@@ -338,7 +338,7 @@ _ROWS: tuple[Unknown, ...] = (
         "not negative",
         default="",
         reason="",
-        example="{ uniform = [0, 1.5] }",
+        example="{ uniform = [0, 1] }",
         exists=_named,
         when='the experiment names it among the priors, with base = "slippery"',
         derived="0",

@@ -153,6 +153,14 @@ def train(
             "is learnt anew, from curves of designs even over the range, which it has not seen."
         ),
     ] = None,
+    recall: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Designs all over the range at which --start learns its own curves beside the new ones, so that it does not "
+            "forget them: where the new ones are few or of a part of the range. As many as it was trained on are enough.",
+        ),
+    ] = 0,
     processes: Processes = None,
     store: Annotated[
         Path | None,
@@ -203,6 +211,9 @@ def train(
             raise InputError(
                 Fault("--keep both goes by fine curves all over the range", advice="Leave --improve and --coarse out")
             )
+        if recall and (start is None or keep is KeptPart.both or n_coarse):
+            advice = "Give it with --start FILE, without --keep both, and with --coarse 0 in a family of coarse curves"
+            raise InputError(Fault(f"--recall {recall} has no networks to go on, or not from fine curves alone", advice=advice))
         begun = None if start is None else _of(start, family)
         if keep is KeptPart.both:
             sequence = random_groups(n_point, np.random.default_rng(seed), of)
@@ -218,7 +229,7 @@ def train(
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
         stays: Collection[Part] = PARTS if keep is KeptPart.both else [part for part in PARTS if part == keep]
-        fit = partial(fit_surrogate, coarse=below, start=begun, keep=stays)
+        fit = partial(fit_surrogate, coarse=below, recall=recall, start=begun, keep=stays)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):
                 fitted = trained(fit, data, base, of.recipe.steps if steps is None else steps, seed)

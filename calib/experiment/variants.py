@@ -28,7 +28,7 @@ _DISCREPANCY: Mapping[Any, tuple[str, str]] = {
 }
 # Of silicone on what it lies on unglued, and of steel on silicone, dry or oiled, as the priors of variants that rub: with less,
 # the one without friction does, which would be a part of it, so that data of one that slides could never rule it out.
-_BASE_FRICTION, _ANY_BASE_FRICTION = "base_friction_coefficient", {"uniform": [0.05, 1.5]}
+_BASE_FRICTION, _ANY_BASE_FRICTION = "base_friction_coefficient", {"uniform": [0.05, 1.0]}
 _FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0.05, 0.6]}
 #: Names that `candidates` of an experiment file may hold; which of them depends on the experiment.
 CANDIDATES = (

@@ -9,7 +9,8 @@ symmetric.
 From a coefficient between 1.5 and 1.7 on, whatever the layers, the rim of the disc sticks by itself: pushed outwards, it
 presses on the base by more than it takes to stick. The force is larger by about a hundredth from there, the change of
 capacitance less by up to a quarter, and just where depends on the grid. As the stack does not lift off, the ring within the rim
-is pulled down; one that may lift would not be held so.
+is pulled down; one that may lift would not be held so. On thin soft padding both states keep the law from about 1 on, and which
+is found is chance (`docs/finite_elements.md`).
 
 Forces of the nodes that do the same work as an even pressure are positive at all of them but the one on the axis, which does
 not slide.

@@ -144,7 +144,7 @@ FAMILIES = MappingProxyType(
             ),
             Family(
                 "rubbing-base",
-                "neo-Hookean sensor on padding, slippery base with Coulomb friction up to 1.5, frictionless sphere",
+                "neo-Hookean sensor on padding, slippery base with Coulomb friction up to 1, frictionless sphere",
                 Recipe(5334, _AVERAGED, 20_000, members=3),
                 base="slippery",
                 own=(BASE_FRICTION,),

@@ -38,8 +38,9 @@ from models.surrogate.error_fit import learn_error
 from models.surrogate.families import Family
 from models.surrogate.network import Network, least_squares, mean_network, train_network
 from models.surrogate.pressed import CHANGE_SCALE
+from models.surrogate.recalled import recalled_curves
 from models.surrogate.surrogate import Surrogate
-from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
+from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, electric_groups
 from models.threads import one_thread
 
 #: Steps of a training.
@@ -50,6 +51,8 @@ STEPS = 120_000
 _COARSE_WEIGHT = 0.1
 _COARSE_FROM = 0.35
 _COARSE_BEFORE = 0.05
+# Weight of a curve that a surrogate says itself beside a path.
+_RECALLED_WEIGHT = 0.5
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
 #: second half of the training of the capacitance a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such
@@ -90,6 +93,7 @@ def fit_surrogate(
     start: Surrogate | None = None,
     keep: Collection[Part] = (),
     coarse: TrainingSet | None = None,
+    recall: int = 0,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
     seed: int = 0,
@@ -107,6 +111,8 @@ def fit_surrogate(
         is learnt anew, from all paths, none of which their networks may have been fitted to.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
+    recall : points all over the range at which networks that go on learn what they say already, beside new paths of a part of
+        it, so as not to forget: see `recalled_curves`. None of these curves says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
     steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and,
         for the capacitance of `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second
@@ -122,13 +128,16 @@ def fit_surrogate(
     ------
     ValueError
         If fewer than `LEAST_PATHS` paths are of use, the capacitance falls along some, the networks that are to go on are of
-        other sizes, or there are none to keep.
+        other sizes, there are none to keep, or nothing that could be recalled beside new paths.
     """
     if keep and start is None:
         raise ValueError("no part can be kept without a surrogate to go on from")
     all_kept = set(keep) == set(PARTS)
+    if recall and (start is None or all_kept or coarse is not None):
+        raise ValueError("networks recall what they say where they go on from fine paths alone")
     hidden = hidden if hidden is not None else data.family.recipe.hidden
-    data, n_fine = _of_use(data, coarse)
+    beside = coarse if start is None or not recall else recalled_curves(start, recall, seed)
+    data, n_fine = _of_use(data, beside)
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
@@ -139,7 +148,7 @@ def fit_surrogate(
         return None if progress is None else lambda done, total: progress(name, done, total)
 
     # Runs first, then every electrode of every run.
-    groups = _electric_groups(data)
+    groups = electric_groups(data.groups)
     rows_of = np.arange(len(groups)) // _N_ELECTRIC
     plain = electric_features(groups)
     electric = with_own(plain, groups, data.family)
@@ -161,8 +170,9 @@ def fit_surrogate(
     follow = _to_follow(data, groups, plain, thinned, base)
     share = share_of_family(data.groups, data.family)
     # The first steps of coarse paths are mostly noise.
-    trusted = np.where((np.arange(n_run) >= n_fine)[:, None] & (follow.s < _COARSE_FROM), _COARSE_BEFORE, 1.0)
-    fine_first = None if coarse is None else np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT)
+    fine = np.arange(n_run) < n_fine
+    trusted = np.where(~fine[:, None] & (follow.s < _COARSE_FROM) & (coarse is not None), _COARSE_BEFORE, 1.0)
+    fine_first = None if beside is None else np.where(fine, 1.0, _RECALLED_WEIGHT if recall else _COARSE_WEIGHT)
     # Few paths would be fitted too closely by more weight near usual grippers: 2,048 of Gent's law were, to 0.50 instead of
     # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
     usual_first = fine_first
@@ -239,6 +249,8 @@ def fit_surrogate(
         again = ""
         if coarse is not None:
             again += f"{' and as many' * (start is None)} with less weight of coarse paths"
+        if recall:
+            again += f" beside {n_run - n_fine} curves that they said before"
         if n_fine >= _MANY_PATHS:
             again += f", of the capacitance {'as many again ' * (start is None)}with more weight near usual grippers"
         if start is not None:
@@ -362,13 +374,6 @@ def _falls(data: TrainingSet) -> BoolArray:
     if data.family.signed:
         return np.zeros(len(data.groups), dtype=bool)
     return np.asarray(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3)))
-
-
-def _electric_groups(data: TrainingSet) -> FloatArray:
-    """Every t_d/h_s and a_e/a of every run: groups (n, 7)."""
-    gap, width = (x.ravel() for x in np.meshgrid(DIELECTRIC_POINTS, ELECTRODE_POINTS, indexing="ij"))
-    own = np.tile(np.stack([gap, width], axis=1), (len(data.groups), 1))
-    return np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
 
 
 def _electric_curves(data: TrainingSet, groups: FloatArray) -> tuple[FloatArray, FloatArray]:

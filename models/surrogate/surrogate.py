@@ -42,16 +42,18 @@ from models.surrogate.coordinates import (
 )
 from models.surrogate.domain import DEPTH, GAP, OWN, PADDING, PATH, SENSOR, WIDTH
 from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family
-from models.surrogate.groups import Values
+from models.surrogate.groups import BASE_FRICTION, Values
 from models.surrogate.network import Network, network_from
 from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
 from models.surrogate.shapes import Shapes
 
 # Of the file, and of the formulas that turn its networks into curves: to be raised when either changes. What fades towards
-# first touch, means of several networks, and signed changes came after all others, whose files and identities stayed.
+# first touch, means of several networks, signed changes, and the end at 1 of a base's friction, by which the share of its
+# family is measured, came after all others, whose files and identities stayed.
 _FORMAT = 3
 _FORMAT_WITH_FADE = 4
 _FORMAT_SIGNED = 5
+_FORMAT_OF_BASE_FRICTION = 6
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
@@ -267,6 +269,8 @@ class Surrogate:
 
     @property
     def _format(self) -> int:
+        if BASE_FRICTION in self.family.own:
+            return _FORMAT_OF_BASE_FRICTION
         if self.family.signed:
             return _FORMAT_SIGNED
         averaged = any(getattr(self, name).members > 1 for name in _NETWORKS)
@@ -363,7 +367,9 @@ def load_surrogate(path: Path | str | None = None, family: Family = NEO_HOOKEAN)
 
 
 def _formats(family: str) -> tuple[int, ...]:
-    """Formats that are read of a family: none of before it faded, or had a signed change."""
+    """Formats that are read of a family: none of before it faded, had a signed change, or the end of its friction of now."""
+    if family in FAMILIES and BASE_FRICTION in FAMILIES[family].own:
+        return (_FORMAT_OF_BASE_FRICTION,)
     if family in FAMILIES and FAMILIES[family].signed:
         return (_FORMAT_SIGNED,)
     fades = family in FAMILIES and FAMILIES[family].fade

@@ -200,6 +200,22 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
     return TrainingRun(depth, force, radius, compressed, of_gaps, change, failure)
 
 
+def electric_groups(points: FloatArray) -> FloatArray:
+    """Every t_d/h_s and a_e/a at which the capacitance of designs is taken.
+
+    Parameters
+    ----------
+    points : (n, 4 + n_own), the designs, in the order of `group_names`.
+
+    Returns
+    -------
+    Groups (n * n_dielectric * n_electrode, 6 + n_own), rows of one design together.
+    """
+    gap, width = (x.ravel() for x in np.meshgrid(DIELECTRIC_POINTS, ELECTRODE_POINTS, indexing="ij"))
+    own = np.tile(np.stack([gap, width], axis=1), (len(points), 1))
+    return np.concatenate([np.repeat(points, gap.size, axis=0), own], axis=1)
+
+
 def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, object]:
     """What the runs of a campaign have in common, so that no others get among them.
 

@@ -843,6 +843,18 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     one, kept = (load_surrogate(lab / f"{name}.npz").respond(design, depth) for name in ("one", "kept"))
     np.testing.assert_array_equal(kept.force, one.force)
     assert np.all(kept.capacitance_change != one.capacitance_change)
+    result = _run("surrogate", "train", "-o", lab / "recalls.npz", "--recall", 64, *more)
+    assert result.exit_code == 2
+    assert "--keep mechanics has nothing to keep" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "recalls.npz", "--recall", 64, "--points", 68, *quick)
+    assert result.exit_code == 2
+    assert "--recall 64 has no networks to go on, or not from fine curves alone. Give it with --start FILE" in _said(result)
+    words = ("-o", lab / "recalls.npz", "--recall", 64, "--start", lab / "one.npz", *more)
+    result = _run("surrogate", "train", *words)
+    assert result.exit_code == 0, result.output
+    assert "curves that they said before" in " ".join(
+        _run("surrogate", "info", "--surrogate", lab / "recalls.npz").stdout.split()
+    )
     # Of both the error alone is learnt anew, from other designs than those in the store, which its networks have seen.
     both = ("-o", lab / "stated.npz", "--start", lab / "one.npz", "--keep", "both", "--points", 64, *quick)
     result = _run("surrogate", "train", *both, "--improve", lab / "two.npz")

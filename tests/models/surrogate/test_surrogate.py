@@ -23,7 +23,7 @@ from models.seal import sealed, unsealed
 from models.sensor import Base, Design, FloatArray, design_from
 from models.surrogate import FAMILIES, NEO_HOOKEAN, NotShippedError, Surrogate, is_shipped, load_surrogate
 from models.surrogate.coordinates import closed_force, fade_of_family, mechanical_features, share_of_family
-from models.surrogate.domain import PATH, groups_of
+from models.surrogate.domain import DISC, PATH, groups_of
 from models.surrogate.families import Family
 from models.surrogate.fitting import PARTS, fit_surrogate
 from models.surrogate.gradients import gradients
@@ -308,6 +308,24 @@ def test_networks_go_on_from_those_there_are(exact: Surrogate) -> None:
         fit_surrogate(data, start=exact, hidden=((24, 24), (24, 16)), steps=1)
     with pytest.raises(ValueError, match="no part can be kept without a surrogate to go on from"):
         fit_surrogate(data, keep=PARTS)
+
+
+def test_networks_that_recall_what_they_said_do_not_forget_it(exact: Surrogate) -> None:
+    # New paths of wide discs alone, where the force is 5 % larger than was learnt.
+    data = synthetic_training(512, 0.0, seed=5)
+    wide = data.only(data.groups[:, DISC] > 4)
+    small = partial(fit_surrogate, replace(wide, force=1.05 * wide.force), start=exact, hidden=((24, 24), (24, 24)), steps=1500)
+    depth = np.array([0.3e-3])
+    narrow, broad = (design_from(PAPER | {"sensor_radius": a, "electrode_radius": 0.8 * a}) for a in (8e-3, 60e-3))
+    forgot, kept = (
+        [(found.respond(d, depth).force / exact.respond(d, depth).force).item() for d in (narrow, broad)]
+        for found in (small(), small(recall=128))
+    )
+    assert abs(kept[0] - 1) < 0.02 < abs(forgot[0] - 1)
+    assert min(forgot[1], kept[1]) > 1.02
+    for wrong in ({"start": None}, {"keep": PARTS}, {"coarse": data}):
+        with pytest.raises(ValueError, match="where they go on from fine paths alone"):
+            small(recall=64, **wrong)
 
 
 def test_the_error_alone_is_learnt_from_paths_that_were_not_fitted(exact: Surrogate) -> None:
