@@ -849,8 +849,7 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     result = _run("surrogate", "train", "-o", lab / "recalls.npz", "--recall", 64, "--points", 68, *quick)
     assert result.exit_code == 2
     assert "--recall 64 has no networks to go on, or not from fine curves alone. Give it with --start FILE" in _said(result)
-    words = ("-o", lab / "recalls.npz", "--recall", 64, "--start", lab / "one.npz", *more)
-    result = _run("surrogate", "train", *words)
+    result = _run("surrogate", "train", "-o", lab / "recalls.npz", "--recall", 64, "--start", lab / "one.npz", *more)
     assert result.exit_code == 0, result.output
     assert "curves that they said before" in " ".join(
         _run("surrogate", "info", "--surrogate", lab / "recalls.npz").stdout.split()
