@@ -40,7 +40,7 @@ from models.surrogate.network import Network, least_squares, mean_network, train
 from models.surrogate.pressed import CHANGE_SCALE
 from models.surrogate.recalled import recalled_curves
 from models.surrogate.surrogate import Surrogate
-from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, electric_groups
+from models.surrogate.training import N_ELECTRIC, TrainingSet, electric_groups
 from models.threads import one_thread
 
 #: Steps of a training.
@@ -77,8 +77,6 @@ _ROUNDING = 0.1
 
 # How much more a place weighs at most where a signed change is small beside that of the base.
 _MOST_WEIGHT = 4.0
-
-_N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
 
 #: What a surrogate's networks are of.
@@ -149,10 +147,10 @@ def fit_surrogate(
 
     # Runs first, then every electrode of every run.
     groups = electric_groups(data.groups)
-    rows_of = np.arange(len(groups)) // _N_ELECTRIC
+    rows_of = np.arange(len(groups)) // N_ELECTRIC
     plain = electric_features(groups)
     electric = with_own(plain, groups, data.family)
-    features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
+    features = with_own(plain[::N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
     if start is None:
         log_end, certain = _ends(data)
         end = train_network(
@@ -215,15 +213,15 @@ def fit_surrogate(
         capacitance = learning.result()
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
-    out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
-    rows = (out[:, None] * _N_ELECTRIC + np.arange(_N_ELECTRIC)).ravel()
+    out = np.flatnonzero(~fitted & inside(groups[::N_ELECTRIC], data.family))
+    rows = (out[:, None] * N_ELECTRIC + np.arange(N_ELECTRIC)).ravel()
     s_out = np.where(data.depth <= np.minimum(follow.limit, thinned)[:, None], follow.s, np.nan)[out]
-    s_rows, faded = np.repeat(s_out, _N_ELECTRIC, axis=0), follow.fade(follow.s)[out]
+    s_rows, faded = np.repeat(s_out, N_ELECTRIC, axis=0), follow.fade(follow.s)[out]
     force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
     change = share[rows_of[rows], None] * capacitance(electric[rows])
     missed_force = follow.mechanical[out, 0] - faded * curve(force, s_out, 1)
     missed_change = follow.share_of_change[rows] * (
-        follow.electrical[rows] - np.repeat(faded, _N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
+        follow.electrical[rows] - np.repeat(faded, N_ELECTRIC, axis=0) * curve(change, s_rows, 0)
     )
     most = max(steps // 8, 1)
     errors_kept = () if all_kept else keep
@@ -340,7 +338,7 @@ def _to_follow(
     """Curves beyond closed forms and base, for `groups` of all electrodes, their `plain` features and ends (n_run,)."""
     reach, limit = smooth_end(thinned), np.full(len(data.groups), DEPTH)
     if base is not None:
-        limit, reach = base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])
+        limit, reach = base.ends(groups[::N_ELECTRIC], plain[::N_ELECTRIC])
     s = np.sqrt(data.depth / reach[:, None])
     s[s > S_END * (1 + 1e-9)] = np.nan
     if base is not None:  # beyond its range its polynomials are wild, and so would be what is to be added to them
@@ -363,8 +361,8 @@ def _to_follow(
             if coefficients is None:
                 continue
             below = coefficients.reshape(-1, 3, N_DEPTH_TERMS)
-            mechanical = mechanical - np.stack([factor * curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
-            each, along = (np.repeat(x, _N_ELECTRIC, axis=0) for x in (factor, s))
+            mechanical = mechanical - np.stack([factor * curve(below[::N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
+            each, along = (np.repeat(x, N_ELECTRIC, axis=0) for x in (factor, s))
             log_below = log_below + each * curve(below[:, 2], along, 0)
     return _Follow(s, limit, fade, mechanical, *_to_learn(change, log_below, data.family))
 
@@ -378,8 +376,8 @@ def _falls(data: TrainingSet) -> BoolArray:
 
 def _electric_curves(data: TrainingSet, groups: FloatArray) -> tuple[FloatArray, FloatArray]:
     """C/C0 - 1 and its closed form at all of these, (n, n_depth)."""
-    depth, support = np.repeat(data.depth, _N_ELECTRIC, axis=0), data.family.base
-    change = np.moveaxis(data.capacitance.reshape(-1, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
+    depth, support = np.repeat(data.depth, N_ELECTRIC, axis=0), data.family.base
+    change = np.moveaxis(data.capacitance.reshape(-1, PATH.size, N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
     return change, closed_change(groups, depth, closed_force(groups, depth, support), support)
 
 

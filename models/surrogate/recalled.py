@@ -9,12 +9,12 @@ from models.surrogate.coordinates import electric_features
 from models.surrogate.domain import COMPRESSION, PATH, inside
 from models.surrogate.points import design_points
 from models.surrogate.surrogate import Surrogate
-from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, electric_groups
+from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, N_ELECTRIC, TrainingSet, electric_groups
 
 # Designs whose curves are asked for together, each with all electrodes.
 _TOGETHER = 64
 # Of the rows of `electric_groups` one of each design.
-_FIRST = slice(None, None, DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size)
+_FIRST = slice(None, None, N_ELECTRIC)
 
 
 def recalled_curves(surrogate: Surrogate, n: int, seed: int) -> TrainingSet:
