@@ -20,7 +20,7 @@ from models.surrogate import FAMILIES, Family
 
 if TYPE_CHECKING:
     from models.sensor import FloatArray
-    from models.surrogate.fitting import Part
+    from models.surrogate.fitting import Kept
     from models.surrogate.surrogate import Surrogate
     from models.surrogate.training import TrainingSet
 
@@ -44,11 +44,12 @@ class FamilyName(StrEnum):
 
 
 class KeptPart(StrEnum):
-    """What of a surrogate's networks may be kept while the rest is learnt anew."""
+    """What of a surrogate may be kept while the rest is learnt anew: the networks of one part, of both, or its error."""
 
     mechanics = "mechanics"
     capacitance = "capacitance"
     both = "both"
+    error = "error"
 
 
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
@@ -150,7 +151,8 @@ def train(
         KeptPart | None,
         typer.Option(
             help="Part of --start that stays as it is, so that the other alone goes on. Of both: the error that it states "
-            "is learnt anew, from curves of designs even over the range, which it has not seen."
+            "is learnt anew, from curves of designs even over the range, which it has not seen. With error both go on and what "
+            "it states stays, where the curves are too few to tell."
         ),
     ] = None,
     recall: Annotated[
@@ -192,7 +194,7 @@ def train(
         import numpy as np
 
         from calib.experiment import surrogate_from
-        from models.surrogate.fitting import LEAST_PATHS, PARTS, fit_surrogate
+        from models.surrogate.fitting import KEPT, LEAST_PATHS, PARTS, fit_surrogate
         from models.surrogate.points import design_points, random_groups, worst_points
 
         of = FAMILIES[family]
@@ -228,7 +230,7 @@ def train(
                 # At other points than the fine ones, so that together they say more.
                 others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
                 below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
-        stays: Collection[Part] = PARTS if keep is KeptPart.both else [part for part in PARTS if part == keep]
+        stays: Collection[Kept] = PARTS if keep is KeptPart.both else [part for part in KEPT if part == keep]
         fit = partial(fit_surrogate, coarse=below, recall=recall, start=begun, keep=stays)
         try:
             with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):

@@ -52,7 +52,7 @@ _COARSE_WEIGHT = 0.1
 _COARSE_FROM = 0.35
 _COARSE_BEFORE = 0.05
 # Weight of a curve that a surrogate says itself beside a path.
-_RECALLED_WEIGHT = 0.5
+_RECALLED_WEIGHT = 1.0
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
 #: second half of the training of the capacitance a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such
@@ -79,9 +79,11 @@ _ROUNDING = 0.1
 _MOST_WEIGHT = 4.0
 
 
-#: What a surrogate's networks are of.
+#: What a surrogate's networks are of, and what of it may stay: they or the error that it states.
 Part = Literal["mechanics", "capacitance"]
 PARTS: tuple[Part, ...] = ("mechanics", "capacitance")
+Kept = Part | Literal["error"]
+KEPT: tuple[Kept, ...] = (*PARTS, "error")
 
 
 def fit_surrogate(
@@ -89,7 +91,7 @@ def fit_surrogate(
     *,
     base: Surrogate | None = None,
     start: Surrogate | None = None,
-    keep: Collection[Part] = (),
+    keep: Collection[Kept] = (),
     coarse: TrainingSet | None = None,
     recall: int = 0,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
@@ -106,7 +108,8 @@ def fit_surrogate(
     start : surrogate of the same family whose networks go on learning, and whose ends of paths are kept. None to learn all from
         the beginning.
     keep : parts of `start` that stay as they are. One stays with its error, so that the other alone goes on; of both the error
-        is learnt anew, from all paths, none of which their networks may have been fitted to.
+        is learnt anew, from all paths, none of which their networks may have been fitted to. The error may stay while both go
+        on, from paths too few, or too much of a part of the range, to say it.
     coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
         a wrong equilibrium, and none says how large the error is.
     recall : points all over the range at which networks that go on learn what they say already, beside new paths of a part of
@@ -126,11 +129,13 @@ def fit_surrogate(
     ------
     ValueError
         If fewer than `LEAST_PATHS` paths are of use, the capacitance falls along some, the networks that are to go on are of
-        other sizes, there are none to keep, or nothing that could be recalled beside new paths.
+        other sizes, there are none to keep or none to learn, or nothing that could be recalled beside new paths.
     """
     if keep and start is None:
         raise ValueError("no part can be kept without a surrogate to go on from")
-    all_kept = set(keep) == set(PARTS)
+    if {*keep} == {*KEPT}:
+        raise ValueError("with all its parts kept a surrogate has nothing to learn")
+    all_kept = {*keep} == {*PARTS}
     if recall and (start is None or all_kept or coarse is not None):
         raise ValueError("networks recall what they say where they go on from fine paths alone")
     hidden = hidden if hidden is not None else data.family.recipe.hidden
@@ -225,11 +230,11 @@ def fit_surrogate(
     )
     most = max(steps // 8, 1)
     errors_kept = () if all_kept else keep
-    if start is not None and "mechanics" in errors_kept:
+    if start is not None and {"mechanics", "error"} & {*errors_kept}:
         force_sd, force_modes = start.force_sd, start.force_modes
     else:
         force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, most, rng)
-    if start is not None and "capacitance" in errors_kept:
+    if start is not None and {"capacitance", "error"} & {*errors_kept}:
         capacitance_sd, capacitance_modes = start.capacitance_sd, start.capacitance_modes
     else:
         capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, most, rng)
@@ -258,7 +263,7 @@ def fit_surrogate(
         provenance = {
             "model": data.family.words,
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
-            "training paths": _paths_in_words(data, n_fine, coarse),
+            "training paths": _paths_in_words(data, n_fine, coarse) + _before(start),
             "training hash (SHA-256)": data.digest,
             "networks": f"{means}{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
             **({} if start is None else {part: f"kept from {_named(start)}" for part in keep}),
@@ -420,6 +425,11 @@ def _paths_in_words(data: TrainingSet, n_fine: int, coarse: TrainingSet | None) 
         if falling := int(np.sum(_falls(coarse))):
             beside += f" (without {falling} along which the capacitance falls)"
     return f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end"
+
+
+def _before(start: Surrogate | None) -> str:
+    """What the networks of `start`, if they go on, were trained on before."""
+    return "" if start is None else f"; before, {start.provenance.get('training paths', 'unknown')}"
 
 
 def _named(surrogate: Surrogate) -> str:
