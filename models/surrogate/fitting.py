@@ -51,8 +51,6 @@ STEPS = 120_000
 _COARSE_WEIGHT = 0.1
 _COARSE_FROM = 0.35
 _COARSE_BEFORE = 0.05
-# Weight of a curve that a surrogate says itself beside a path.
-_RECALLED_WEIGHT = 1.0
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
 #: second half of the training of the capacitance a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such
@@ -175,7 +173,7 @@ def fit_surrogate(
     # The first steps of coarse paths are mostly noise.
     fine = np.arange(n_run) < n_fine
     trusted = np.where(~fine[:, None] & (follow.s < _COARSE_FROM) & (coarse is not None), _COARSE_BEFORE, 1.0)
-    fine_first = None if beside is None else np.where(fine, 1.0, _RECALLED_WEIGHT if recall else _COARSE_WEIGHT)
+    fine_first = None if beside is None or recall else np.where(fine, 1.0, _COARSE_WEIGHT)
     # Few paths would be fitted too closely by more weight near usual grippers: 2,048 of Gent's law were, to 0.50 instead of
     # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
     usual_first = fine_first
