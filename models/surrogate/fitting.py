@@ -173,7 +173,7 @@ def fit_surrogate(
     # The first steps of coarse paths are mostly noise.
     fine = np.arange(n_run) < n_fine
     trusted = np.where(~fine[:, None] & (follow.s < _COARSE_FROM) & (coarse is not None), _COARSE_BEFORE, 1.0)
-    fine_first = None if beside is None or recall else np.where(fine, 1.0, _COARSE_WEIGHT)
+    fine_first = None if coarse is None else np.where(fine, 1.0, _COARSE_WEIGHT)
     # Few paths would be fitted too closely by more weight near usual grippers: 2,048 of Gent's law were, to 0.50 instead of
     # 0.42 % at 95 %. So would the force of any number, which would follow the scatter of the finite elements there.
     usual_first = fine_first

@@ -269,12 +269,8 @@ class Surrogate:
 
     @property
     def _format(self) -> int:
-        if BASE_FRICTION in self.family.own:
-            return _FORMAT_OF_BASE_FRICTION
-        if self.family.signed:
-            return _FORMAT_SIGNED
         averaged = any(getattr(self, name).members > 1 for name in _NETWORKS)
-        return _FORMAT_WITH_FADE if averaged or self.family.fade else _FORMAT
+        return _formats(self.family.name)[-1 if averaged else 0]
 
     def _arrays(self, prefix: str = "") -> dict[str, Any]:
         """Everything it consists of by name, that of its base with a prefix more: see `_from_arrays`."""
@@ -367,7 +363,7 @@ def load_surrogate(path: Path | str | None = None, family: Family = NEO_HOOKEAN)
 
 
 def _formats(family: str) -> tuple[int, ...]:
-    """Formats that are read of a family: none of before it faded, had a signed change, or the end of its friction of now."""
+    """Formats of a family's files, that of a mean of networks last: what fades, is signed or rubs on its base has one alone."""
     if family in FAMILIES and BASE_FRICTION in FAMILIES[family].own:
         return (_FORMAT_OF_BASE_FRICTION,)
     if family in FAMILIES and FAMILIES[family].signed:

@@ -854,6 +854,12 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     assert "curves that they said before" in " ".join(
         _run("surrogate", "info", "--surrogate", lab / "recalls.npz").stdout.split()
     )
+    # Both go on, and what it states of its error stays.
+    on = ("-o", lab / "on.npz", "--start", lab / "one.npz", "--keep", "error", "--points", 68, *quick)
+    result = _run("surrogate", "train", *on)
+    assert result.exit_code == 0, result.output
+    assert "error kept from a surrogate of" in " ".join(_run("surrogate", "info", "--surrogate", lab / "on.npz").stdout.split())
+    assert np.all(load_surrogate(lab / "on.npz").respond(design, depth).force != one.force)
     # Of both the error alone is learnt anew, from other designs than those in the store, which its networks have seen.
     both = ("-o", lab / "stated.npz", "--start", lab / "one.npz", "--keep", "both", "--points", 64, *quick)
     result = _run("surrogate", "train", *both, "--improve", lab / "two.npz")
